@@ -10,7 +10,7 @@
 namespace decid {
 namespace {
 
-constexpr int fewest_trials = 8;
+constexpr std::size_t fewest_trials = 8;
 constexpr double highest_hz = 2.5;
 /// How many lines on either side the noise's power is averaged over.
 constexpr std::size_t smoothing = 4;
@@ -22,6 +22,28 @@ constexpr double sensor_from = 0.25, sensor_to = 0.4;
 constexpr auto lanes = static_cast<std::size_t>(sim::fft_lanes);
 constexpr int groups = ResponseRatio::trials / sim::fft_lanes;
 static_assert(groups * sim::fft_lanes == ResponseRatio::trials);
+
+/// Compares each of the trials that stand with the mean of the others. spectra: [line][trial]; response: their mean;
+/// weight: one over the noise's power; expected: the response's power by it; of_sensor: the sensor's part of the noise.
+ResponseRatio::Spread spread_of(std::span<const sim::Complex> spectra, std::span<const std::size_t> standing,
+                                std::span<const sim::Complex> response, std::span<const double> weight, double expected,
+                                double of_sensor) {
+  const auto count = static_cast<double>(standing.size());
+  double sum = 0, squares = 0;
+  for (const std::size_t i : standing) {
+    double follows = 0;
+    for (std::size_t k = 1; k < response.size(); ++k) {
+      const sim::Complex own = spectra[k * ResponseRatio::trials + i],
+                         others = (response[k] * count - own) * (1 / (count - 1));
+      follows += (own * std::conj(others)).real() * weight[k];
+    }
+    sum += follows / expected;
+    squares += follows * follows / (expected * expected);
+  }
+  // Half of the sensor's power in a line is in phase with the response.
+  return {sum / count, std::sqrt(std::max(0.0, squares - sum * sum / count) / (count - 1) +
+                                 0.5 * of_sensor / (expected * expected))};
+}
 
 }  // namespace
 
@@ -35,50 +57,48 @@ ResponseRatio::ResponseRatio(const sim::Protocol& protocol)
           static_cast<std::size_t>(fft_.bins()),
           1 + static_cast<std::size_t>(highest_hz * protocol.samples() / protocol.experiment.sample_rate_hz))) {}
 
-double ResponseRatio::measure(const Simulated& simulated, std::span<const float> sway_rad, Spread* spread) const {
-  const auto stands = [](const std::vector<double>& sway) { return !sway.empty(); };
-  const auto standing = std::ranges::count_if(simulated.sways_, stands);
-  if (standing < fewest_trials) return std::numeric_limits<double>::quiet_NaN();
-
-  const auto bins = static_cast<std::size_t>(fft_.bins()), work_length = static_cast<std::size_t>(fft_.work_length());
-  std::vector<sim::Complex> recorded(bins);
-  {
-    std::vector<sim::Complex> work(work_length);
-    fft_.forward(std::vector<double>(sway_rad.begin(), sway_rad.end()), recorded, work);
-  }
-  std::vector<sim::Complex> spectra(static_cast<std::size_t>(trials) * lines_);  // [line][trial]
-  {
-    const auto samples = static_cast<std::size_t>(fft_.length());
-    WorkVector<double> in(lanes * samples), out(2 * lanes * bins), work(2 * lanes * work_length);
-    const std::vector<double> silence(samples);
-    for (std::size_t g = 0; g < groups; ++g) {
-      std::array<const double*, lanes> sways;
-      for (std::size_t l = 0; l < lanes; ++l) {
-        const std::vector<double>& sway = simulated.sways_[g * lanes + l];
-        sways[l] = stands(sway) ? sway.data() : silence.data();
-      }
-      double* place = in.data();
-      for (std::size_t k = 0; k < samples; ++k)
-        for (std::size_t l = 0; l < lanes; ++l) *place++ = sways[l][k];
-      fft_.forward_lanes(in, out, work);
-      for (std::size_t k = 0; k < lines_; ++k)
-        for (std::size_t l = 0; l < lanes; ++l)
-          spectra[k * trials + g * lanes + l] = {out[2 * k * lanes + l], out[(2 * k + 1) * lanes + l]};
+std::vector<sim::Complex> ResponseRatio::spectra(const Simulated& simulated) const {
+  const auto bins = static_cast<std::size_t>(fft_.bins()), samples = static_cast<std::size_t>(fft_.length());
+  std::vector<sim::Complex> spectra(static_cast<std::size_t>(trials) * lines_);
+  WorkVector<double> in(lanes * samples), out(2 * lanes * bins),
+      work(2 * lanes * static_cast<std::size_t>(fft_.work_length()));
+  const std::vector<double> silence(samples);
+  for (std::size_t g = 0; g < groups; ++g) {
+    std::array<const double*, lanes> sways;
+    for (std::size_t l = 0; l < lanes; ++l) {
+      const std::vector<double>& sway = simulated.sways_[g * lanes + l];
+      sways[l] = sway.empty() ? silence.data() : sway.data();
     }
+    double* place = in.data();
+    for (std::size_t k = 0; k < samples; ++k)
+      for (std::size_t l = 0; l < lanes; ++l) *place++ = sways[l][k];
+    fft_.forward_lanes(in, out, work);
+    for (std::size_t k = 0; k < lines_; ++k)
+      for (std::size_t l = 0; l < lanes; ++l)
+        spectra[k * trials + g * lanes + l] = {out[2 * k * lanes + l], out[(2 * k + 1) * lanes + l]};
   }
+  return spectra;
+}
+
+double ResponseRatio::measure(const Simulated& simulated, std::span<const float> sway_rad, Spread* spread) const {
+  std::vector<std::size_t> standing;
+  for (std::size_t i = 0; i < trials; ++i)
+    if (!simulated.sways_[i].empty()) standing.push_back(i);
+  if (standing.size() < fewest_trials) return std::numeric_limits<double>::quiet_NaN();
+
+  const auto bins = static_cast<std::size_t>(fft_.bins());
+  std::vector<sim::Complex> recorded(bins), work(static_cast<std::size_t>(fft_.work_length()));
+  fft_.forward(std::vector<double>(sway_rad.begin(), sway_rad.end()), recorded, work);
+  const std::vector<sim::Complex> spectra = this->spectra(simulated);
 
   // Mean and variance of each line over the trials that stand.
-  const auto count = static_cast<double>(standing);
+  const auto count = static_cast<double>(standing.size());
   std::vector<sim::Complex> response(lines_);
   std::vector<double> power(lines_, 0.0);
   for (std::size_t k = 1; k < lines_; ++k) {
-    const auto each = [&](const auto& body) {
-      for (std::size_t i = 0; i < trials; ++i)
-        if (stands(simulated.sways_[i])) body(spectra[k * trials + i]);
-    };
-    each([&](const sim::Complex& s) { response[k] += s; });
+    for (const std::size_t i : standing) response[k] += spectra[k * trials + i];
     response[k] = response[k] * (1 / count);
-    each([&](const sim::Complex& s) { power[k] += std::norm(s - response[k]) / (count - 1); });
+    for (const std::size_t i : standing) power[k] += std::norm(spectra[k * trials + i] - response[k]) / (count - 1);
   }
   const auto from = static_cast<std::size_t>(2 * sensor_from * static_cast<double>(bins)),
              to = static_cast<std::size_t>(2 * sensor_to * static_cast<double>(bins));
@@ -98,22 +118,7 @@ double ResponseRatio::measure(const Simulated& simulated, std::span<const float>
     expected += std::norm(response[k]) / noise;
     of_sensor += std::norm(response[k]) * sensor / (noise * noise);
   }
-  if (spread == nullptr) return found / expected;
-  // Compares each trial with the mean of the others. Half of the sensor's power in a line is in phase with the
-  // response.
-  double sum = 0, squares = 0;
-  for (std::size_t i = 0; i < trials; ++i) {
-    if (!stands(simulated.sways_[i])) continue;
-    double follows = 0;
-    for (std::size_t k = 1; k < lines_; ++k) {
-      const sim::Complex own = spectra[k * trials + i], others = (response[k] * count - own) * (1 / (count - 1));
-      follows += (own * std::conj(others)).real() * weight[k];
-    }
-    sum += follows / expected;
-    squares += follows * follows / (expected * expected);
-  }
-  *spread = {sum / count, std::sqrt(std::max(0.0, squares - sum * sum / count) / (count - 1) +
-                                    0.5 * of_sensor / (expected * expected))};
+  if (spread != nullptr) *spread = spread_of(spectra, standing, response, weight, expected, of_sensor);
   return found / expected;
 }
 

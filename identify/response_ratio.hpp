@@ -50,6 +50,9 @@ class ResponseRatio {
   double measure(const Simulated& simulated, std::span<const float> sway_rad, Spread* spread = nullptr) const;
 
  private:
+  /// Returns the spectra of the trials, [line][trial]; 0 for trials that fell.
+  std::vector<sim::Complex> spectra(const Simulated& simulated) const;
+
   sim::RealFft fft_;
   std::size_t lines_;
 };

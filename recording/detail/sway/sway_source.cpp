@@ -18,6 +18,32 @@ namespace decid::recording {
 
 namespace {
 
+constexpr auto sway_names = {"com_sway",
+                             "com_x",
+                             "sway",
+                             "body_sway",
+                             "com_ap",
+                             "sway_ap",
+                             "com_angle",
+                             "sway_angle",
+                             "a_bs",
+                             "com",
+                             "ksp",
+                             "k\xC3\xB6rperschwerpunkt",
+                             "schwankung",
+                             "body_sway_angle",
+                             "bodysway",
+                             "swayap",
+                             "cog_x",
+                             "cog_ap",
+                             "cog_angle",
+                             "cog",
+                             "body_angle",
+                             "body_lean",
+                             "lean_angle",
+                             "neigung",
+                             "k\xC3\xB6rperneigung"};
+
 /// Throws Error for a frequency response, whose table has lines of frequencies instead of samples.
 void refuse_response(const Table& table, const std::string& where) {
   const auto has = [&](std::string_view part) {
@@ -74,43 +100,51 @@ std::string other_quantities(const Table& table, int time, const std::vector<int
   return list;
 }
 
-/// Includes displacements: they may be the only column, and their unit is checked later.
-int find_sway(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
-  const int named = find_named(table, time,
-                               {"com_sway",
-                                "com_x",
-                                "sway",
-                                "body_sway",
-                                "com_ap",
-                                "sway_ap",
-                                "com_angle",
-                                "sway_angle",
-                                "a_bs",
-                                "com",
-                                "ksp",
-                                "k\xC3\xB6rperschwerpunkt",
-                                "schwankung",
-                                "body_sway_angle",
-                                "bodysway",
-                                "swayap",
-                                "cog_x",
-                                "cog_ap",
-                                "cog_angle",
-                                "cog",
-                                "body_angle",
-                                "body_lean",
-                                "lean_angle",
-                                "neigung",
-                                "k\xC3\xB6rperneigung"},
-                               recording.file, setting("column"));
-  if (named >= 0) return named;
-  std::vector<int> candidates = sway_candidates(table, time);
+/// Throws Error for several columns that may be the sway.
+[[noreturn]] void refuse_several(const Table& table, const std::vector<int>& candidates, const std::string& where) {
+  // "0,01,0,02": half as many names as cells, so they are not a header.
+  const bool decimal_commas = !table.has_header() && table.columns() % 2 == 0 && table.arrays().empty();
+  std::string list;
+  for (const int column : candidates)
+    list += list.size() > 200 ? "" : (list.empty() ? "'" : ", '") + table.name(column) + "'";
+  throw Error(Code::column_ambiguous, where, "has several columns that may be the sway: " + list,
+              std::string("name one with " + setting("column") + ", or the sway's parts with " + setting("leg") +
+                          " and " + setting("trunk") + ", or " + setting("hip") + " and " + setting("shoulder")) +
+                  (decimal_commas ? "; if its numbers have decimal commas, save it with semicolons between them" : "") +
+                  force_plate_advice(table) + trial_advice(table));
+}
+
+/// Throws Error for a table without a column that may be the sway. tilts: the platform's columns.
+[[noreturn]] void refuse_none(const Table& table, int time, const std::vector<int>& tilts,
+                              const RecordingOptions& options, const std::string& where) {
   const std::string unread = table.unread().empty() ? std::string() : "; not read: " + table.unread();
   const std::string add = unread.empty()
                               ? "add the sway, or name it with " + setting("column")
                               : "save the sway as a vector of real numbers, or name it with " + setting("column");
-  if (candidates.empty())
-    throw Error(Code::column_missing, recording.file, "has a time column but no sway column" + unread, add);
+  if (sway_candidates(table, time).empty())
+    throw Error(Code::column_missing, where, "has a time column but no sway column" + unread, add);
+  if (tilts.empty())
+    throw Error(Code::column_missing, where,
+                "has no sway column except '" + options.trial_column + "' of " + setting("trial_column") + unread, add);
+  const std::string problem =
+      (tilts.size() == 1 ? "has a column of the platform's tilt, '" + table.name(tilts.front()) + "', but"
+                         : "has " + std::to_string(tilts.size()) + " columns of the platform's tilt by their names, '" +
+                               table.name(tilts.front()) + "' and '" + table.name(tilts.back()) + "', but") +
+      " no sway column" + unread;
+  const std::string others = other_quantities(table, time, tilts);
+  if (others.empty()) throw Error(Code::column_missing, where, problem, add);
+  throw Error(Code::column_missing, where, problem + "; by their names " + others,
+              "convert the sway to degrees; or name its column with " + setting("column") + ", and give " +
+                  setting("unit") + " if it is an angle, or " + setting("unit") + " and " + setting("com_height") +
+                  " if it is a length in mm, cm or m");
+}
+
+/// Includes displacements: they may be the only column, and their unit is checked later.
+int find_sway(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
+  const int named = find_named(table, time, sway_names, recording.file, setting("column"));
+  if (named >= 0) return named;
+  std::vector<int> candidates = sway_candidates(table, time);
+  if (candidates.empty()) refuse_none(table, time, {}, options, recording.file);
   const std::vector<int> tilts = tilt_columns(table, time);
   for (const int tilt : tilts) std::erase(candidates, tilt);
   const std::vector<int> quaternions = quaternion_columns(table, candidates);
@@ -119,37 +153,8 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
   if (!options.trial_column.empty())
     for (const int column : trial_columns(table, options.trial_column, recording.file)) std::erase(candidates, column);
   if (candidates.size() > 1) refuse_other_quantities(table, candidates, recording.file);
-  if (candidates.size() > 1) {
-    // "0,01,0,02": half as many names as cells, so they are not a header.
-    const bool decimal_commas = !table.has_header() && table.columns() % 2 == 0 && table.arrays().empty();
-    std::string list;
-    for (const int column : candidates)
-      list += list.size() > 200 ? "" : (list.empty() ? "'" : ", '") + table.name(column) + "'";
-    throw Error(
-        Code::column_ambiguous, recording.file, "has several columns that may be the sway: " + list,
-        std::string("name one with " + setting("column") + ", or the sway's parts with " + setting("leg") + " and " +
-                    setting("trunk") + ", or " + setting("hip") + " and " + setting("shoulder")) +
-            (decimal_commas ? "; if its numbers have decimal commas, save it with semicolons between them" : "") +
-            force_plate_advice(table) + trial_advice(table));
-  }
-  if (candidates.empty() && tilts.empty())
-    throw Error(Code::column_missing, recording.file,
-                "has no sway column except '" + options.trial_column + "' of " + setting("trial_column") + unread, add);
-  if (candidates.empty()) {
-    const std::string problem =
-        (tilts.size() == 1
-             ? "has a column of the platform's tilt, '" + table.name(tilts.front()) + "', but"
-             : "has " + std::to_string(tilts.size()) + " columns of the platform's tilt by their names, '" +
-                   table.name(tilts.front()) + "' and '" + table.name(tilts.back()) + "', but") +
-        " no sway column" + unread;
-    const std::string others = other_quantities(table, time, tilts);
-    if (!others.empty())
-      throw Error(Code::column_missing, recording.file, problem + "; by their names " + others,
-                  "convert the sway to degrees; or name its column with " + setting("column") + ", and give " +
-                      setting("unit") + " if it is an angle, or " + setting("unit") + " and " + setting("com_height") +
-                      " if it is a length in mm, cm or m");
-    throw Error(Code::column_missing, recording.file, problem, add);
-  }
+  if (candidates.size() > 1) refuse_several(table, candidates, recording.file);
+  if (candidates.empty()) refuse_none(table, time, tilts, options, recording.file);
   const int sway = candidates.front();
   if (table.has_header()) {
     add_info(recording.warnings, "column_assumed",

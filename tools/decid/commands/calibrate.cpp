@@ -22,7 +22,6 @@
 #include "tools/decid/results/calibrated_trials.hpp"
 #include "tools/decid/results/results.hpp"
 #include "tools/report/figures/calibration_figure.hpp"
-#include "tools/report/json/parameters_json.hpp"
 #include "tools/report/json/recording_json.hpp"
 
 namespace decid::tools {
@@ -41,10 +40,9 @@ struct CalibrateOptions {
 };
 
 /// Returns the settings that all trials of one calibration share.
-Json settings_json(const CalibrateOptions& options, const sim::Protocol& protocol,
-                   std::span<const sim::Protocol> others = {}) {
+Json settings_json(const CalibrateOptions& options, std::span<const sim::Protocol> protocols) {
   Json json{{"version", version},
-            {"protocol", sim::to_json_object(protocol)},
+            {"protocol", sim::to_json_object(protocols.front())},
             {"seed", options.seed},
             {"prior_start_s", options.priors.start_s},
             {"prior_gain", options.priors.gain},
@@ -56,32 +54,8 @@ Json settings_json(const CalibrateOptions& options, const sim::Protocol& protoco
             {"trial_draws", options.settings.trial_draws},
             {"min_draws", options.settings.min_draws},
             {"max_draws", options.settings.max_draws}};
-  for (const sim::Protocol& other : others) json["with"].push_back(sim::to_json_object(other));
+  for (const sim::Protocol& other : protocols.subspan(1)) json["with"].push_back(sim::to_json_object(other));
   return json;
-}
-
-Json figures_json(const sim::ParameterTable& table, const Calibration& found) {
-  const auto one = [](const ParameterCalibration& of) {
-    return Json{{"mse", of.mse},
-                {"predicted_variance", of.predicted_variance},
-                {"network_mse", number_or_null(of.network_mse)},
-                {"coverage50", of.coverage50},
-                {"coverage90", of.coverage90},
-                {"distance", of.distance}};
-  };
-  Json json{{"trials", found.trials},
-            {"agreed", found.agreed},
-            {"band", found.band},
-            {"band_of_all", found.band_of_all},
-            {"log_score", number_or_null(found.log_score)},
-            {"network_log_score", number_or_null(found.network_log_score)},
-            {"all", one(found.all)}};
-  for (std::size_t p = 0; p < table.size(); ++p) json["parameters"][table[p].name] = one(found.parameters[p]);
-  return json;
-}
-
-std::string network_text(const ParameterCalibration& of) {
-  return std::isnan(of.network_mse) ? "-" : format("%.4f", of.network_mse);
 }
 
 /// Returns the line of the log scores; empty for trials of an earlier version, which have none.
@@ -92,45 +66,49 @@ std::string scores_text(const Calibration& found) {
   return text + "\n";
 }
 
-/// The quantities that partition the trials: they make a recording easy or hard to fit.
-struct Key {
+/// The trials, partitioned by a quantity that makes a recording easy or hard to fit.
+struct Partition {
   const char *name, *title;
-  std::function<double(const sim::Parameters& truth)> of;
+  std::vector<CalibrationPart> parts;
 };
-std::vector<Key> keys(const sim::Protocol& protocol) {
-  std::vector<Key> all;
+
+/// Returns no partitions of fewer than three trials.
+std::vector<Partition> partitions(const std::vector<CalibratedTrial>& trials, const sim::Protocol& protocol,
+                                  const sim::Parameters& stddev) {
+  std::vector<Partition> all;
+  if (trials.size() < 3) return all;
   if (const std::optional<std::size_t> theta = protocol.family().find_parameter(sim::Coefficient::theta))
-    all.push_back({"theta", "theta (rad/s)", [i = *theta](const sim::Parameters& truth) { return truth[i]; }});
-  all.push_back({"damping_ratio", "damping ratio", [experiment = protocol.experiment](const sim::Parameters& truth) {
-                   return damping_ratio(truth, experiment);
-                 }});
+    all.push_back({"theta", "theta (rad/s)",
+                   calibration_by(trials, stddev, [&](const sim::Parameters& truth) { return truth[*theta]; })});
+  all.push_back({"damping_ratio", "damping ratio", calibration_by(trials, stddev, [&](const sim::Parameters& truth) {
+                   return damping_ratio(truth, protocol.experiment);
+                 })});
   return all;
 }
 
-Json parts_json(const std::vector<CalibratedTrial>& trials, const sim::Protocol& protocol,
-                const sim::Parameters& stddev) {
+Json parts_json(const std::vector<Partition>& partitions, const sim::ParameterTable& table) {
   Json json = Json::object();
-  if (trials.size() < 3) return json;
-  for (const Key& key : keys(protocol)) {
-    for (const CalibrationPart& part : calibration_by(trials, stddev, key.of))
-      json[key.name].push_back(
-          {{"low", part.low}, {"high", part.high}, {"figures", figures_json(protocol.parameters(), part.figures)}});
-  }
+  for (const Partition& by : partitions)
+    for (const CalibrationPart& part : by.parts)
+      json[by.name].push_back({{"low", part.low}, {"high", part.high}, {"figures", figures_json(table, part.figures)}});
   return json;
 }
 
-std::string parts_text(const std::vector<CalibratedTrial>& trials, const sim::Protocol& protocol,
-                       const sim::Parameters& stddev) {
+/// Returns "-" for a number that is not known.
+std::string known_number(double value, int digits) {
+  return std::isnan(value) ? "-" : format("%.*f", digits, value);
+}
+
+std::string parts_text(const std::vector<Partition>& partitions) {
   std::string text;
-  if (trials.size() < 3) return text;
-  for (const Key& key : keys(protocol)) {
+  for (const Partition& by : partitions) {
     text +=
         format("\n| %s | trials | MSE | predicted variance | network | 90%% coverage |\n|---|---|---|---|---|---|\n",
-               key.title);
-    for (const CalibrationPart& part : calibration_by(trials, stddev, key.of)) {
+               by.title);
+    for (const CalibrationPart& part : by.parts) {
       const ParameterCalibration& all = part.figures.all;
       text += format("| %.3g to %.3g | %d | %.4f | %.4f | %s | %.3f |\n", part.low, part.high, part.figures.trials,
-                     all.mse, all.predicted_variance, network_text(all).c_str(), all.coverage90);
+                     all.mse, all.predicted_variance, known_number(all.network_mse, 4).c_str(), all.coverage90);
     }
   }
   return text;
@@ -142,64 +120,30 @@ std::string figures_text(const sim::ParameterTable& table, const Calibration& fo
       "|\n|---|---|---|---|---|---|---|\n";
   const auto line = [&](const std::string& name, const ParameterCalibration& of) {
     text += format("| %s | %.4f | %.4f | %s | %.3f | %.3f | %.3f |\n", name.c_str(), of.mse, of.predicted_variance,
-                   network_text(of).c_str(), of.coverage50, of.coverage90, of.distance);
+                   known_number(of.network_mse, 4).c_str(), of.coverage50, of.coverage90, of.distance);
   };
   for (std::size_t p = 0; p < table.size(); ++p) line(table[p].name, found.parameters[p]);
   line("all", found.all);
   return text;
 }
 
-Json condition_json(const FitConditionFigures& row, const sim::ParameterTable& table) {
-  return {{"condition", row.fault.name},  {"size", row.fault.size},
-          {"trials", row.trials},         {"figures", row.figures ? figures_json(table, *row.figures) : Json(nullptr)},
-          {"usable", row.usable},         {"caution", row.caution},
-          {"not_usable", row.not_usable}, {"usable_far_off", row.usable_far_off},
-          {"codes", row.codes},           {"from_network", row.from_network},
-          {"mean_s", row.mean_s},         {"max_s", row.max_s}};
-}
-
-std::string conditions_text(const Json& rows) {
+std::string rows_text(const std::vector<FitConditionFigures>& rows) {
   std::string text =
       "| condition | size | trials | MSE | predicted | network's MSE | coverage of 90% | usable | caution |"
       " not usable | usable, beyond 5 sd | network's answer | mean s | longest s |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
-  for (const Json& row : rows) {
-    const bool known = !row.at("figures").is_null();
-    const auto figure = [&](const char* key) {
-      const Json value = known ? row.at("figures").at("all").at(key) : Json(nullptr);
-      return value.is_null() ? std::string("-") : format("%.3f", value.get<double>());
+  for (const FitConditionFigures& row : rows) {
+    const auto figure = [&](double ParameterCalibration::*value) {
+      return row.figures ? known_number(row.figures->all.*value, 3) : "-";
     };
-    text += format("| %s | %g | %d | %s | %s | %s | %s | %d | %d | %d | %d | %d | %.1f | %.1f |\n",
-                   row.at("condition").get<std::string>().c_str(), row.at("size").get<double>(),
-                   row.at("trials").get<int>(), figure("mse").c_str(), figure("predicted_variance").c_str(),
-                   figure("network_mse").c_str(), figure("coverage90").c_str(), row.at("usable").get<int>(),
-                   row.at("caution").get<int>(), row.at("not_usable").get<int>(), row.at("usable_far_off").get<int>(),
-                   row.at("from_network").get<int>(), row.at("mean_s").get<double>(), row.at("max_s").get<double>());
+    using Figures = ParameterCalibration;
+    text +=
+        format("| %s | %g | %d | %s | %s | %s | %s | %d | %d | %d | %d | %d | %.1f | %.1f |\n", row.fault.name.c_str(),
+               row.fault.size, row.trials, figure(&Figures::mse).c_str(), figure(&Figures::predicted_variance).c_str(),
+               figure(&Figures::network_mse).c_str(), figure(&Figures::coverage90).c_str(), row.usable, row.caution,
+               row.not_usable, row.usable_far_off, row.from_network, row.mean_s, row.max_s);
   }
   return text;
-}
-
-bool begin_with(const Json& rows, const std::vector<FitCondition>& conditions) {
-  if (!rows.is_array() || rows.size() > conditions.size()) return false;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const Fault& fault = conditions[i].fault;
-    if (!rows[i].is_object() || rows[i].value("condition", Json()) != fault.name ||
-        rows[i].value("size", Json()) != fault.size)
-      return false;
-  }
-  return true;
-}
-
-/// Returns the rows that an earlier call wrote. Throws Error for the rows of another call.
-Json earlier_rows(const std::string& path, const Json& settings, const std::vector<FitCondition>& conditions) {
-  const Json earlier = parse_json(read_file(path), path);
-  if (!earlier.is_object() || !earlier.contains("settings") || !earlier.contains("conditions"))
-    throw Error(Code::file_unsupported, path, "is not a table of decid calibrate",
-                "give the file that --faults or --conditions wrote");
-  require_same_settings(earlier["settings"], settings, path);
-  if (!begin_with(earlier["conditions"], conditions))
-    throw Error(Code::file_differs, path, "has other rows than this call makes", "delete it, or give another --output");
-  return earlier["conditions"];
 }
 
 /// Returns "resuming: faults.json has 3 of 18 rows", also if the file does not exist yet.
@@ -246,41 +190,131 @@ void run_conditions(const CalibrateOptions& options, const Command& command) {
   const Model model = model_or_built_in(options.model);
   CalibrateOptions used = options;
   used.priors = request.priors;
-  Json settings = settings_json(used, protocol);
+  Json settings = settings_json(used, std::span(&protocol, 1));
   settings["trials"] = options.trials;
   settings["faults"] = options.faults;
   settings["network"] = nn::weights_sha256(model.network);
   const std::vector<FitCondition> conditions =
       chosen_rows(options.faults ? fit_faults(protocol, request.priors) : fit_conditions(protocol), options.only);
-  Json rows = Json::array();
-  if (options.resume && path_exists(options.output)) rows = earlier_rows(options.output, settings, conditions);
+  std::vector<FitConditionFigures> rows;
+  if (options.resume && path_exists(options.output))
+    rows = earlier_rows(options.output, settings, conditions, protocol.parameters());
   if (options.resume && !options.common.quiet)
     std::cerr << "calibrate: " << resuming_text(options.output, rows.size(), conditions.size(), "rows") << '\n';
   Call call = record_call(command, inputs);
   call.seed = options.seed;
-  const auto document = [&] { return with_call({{"settings", settings}, {"conditions", rows}}, call); };
+  const auto document = [&] {
+    return with_call({{"settings", settings}, {"conditions", rows_json(rows, protocol.parameters())}}, call);
+  };
   catch_interrupt();
   for (std::size_t i = rows.size(); i < conditions.size() && !interrupted(); ++i) {
     const Fault& fault = conditions[i].fault;
     if (!options.common.quiet)
       std::cerr << format("calibrate: row %zu of %zu, %s\n", i + 1, conditions.size(), fault.text.c_str());
-    const FitConditionFigures row =
-        fit_condition(model, protocol, conditions[i], request, options.trials, options.seed,
-                      [](std::size_t, const posterior::Progress&) { return !interrupted(); });
+    FitConditionFigures row = fit_condition(model, protocol, conditions[i], request, options.trials, options.seed,
+                                            [](std::size_t, const posterior::Progress&) { return !interrupted(); });
     if (row.trials == 0) break;
-    rows.push_back(condition_json(row, protocol.parameters()));
+    rows.push_back(std::move(row));
     if (!options.output.empty()) write_file(options.output, document());
   }
-  std::cout << (options.common.json ? document() : conditions_text(rows));
+  std::cout << (options.common.json ? document() : rows_text(rows));
   if (rows.size() < conditions.size())
     throw std::runtime_error(format("stopped after %zu of %zu rows%s", rows.size(), conditions.size(),
                                     options.output.empty() ? "" : "; --resume continues"));
 }
 
+/// The trials of one calibration: their source, their posteriors and their views.
+struct TrialsRun {
+  const CalibrateOptions& options;
+  const std::vector<sim::Protocol>& protocols;  ///< of the recordings of each person
+  const Model& model;
+  const Call& call;
+  sim::ParameterTable table = protocols.front().ranges();
+  sim::Parameters stddev = uniform_stddev(table);  ///< of the trials' prior
+  NetworkAnswers network{model, protocols.front()};
+  CalibrationTrials source{protocols, options.priors, options.seed};
+  Json settings = settings_json(options, protocols);
+  Json hash = network.sha256().empty() ? Json(nullptr) : Json(network.sha256());
+  std::deque<posterior::Density> densities{};
+  std::vector<CalibratedTrial> trials{};
+
+  /// Continues from the trials in the output if the options say so.
+  void prepare() {
+    if (is_root() && options.resume && path_exists(options.output))
+      trials = earlier_trials(options.output, settings, hash, table.size());
+    trials = broadcast_value(std::move(trials));  // others need their numbers
+    const posterior::Priors priors = posterior::with_conventions(options.priors, table);
+    for (const sim::Protocol& one : protocols) densities.emplace_back(one, priors);
+    for (CalibratedTrial& trial : trials) {
+      source.seek(trial.attempt);
+      const CalibrationTrials::Trial again = source.next();
+      if (!trial.network) network.answer(again.sway_rad, trial);
+    }
+  }
+
+  /// Fits up to `most` more trials at once. Returns false if it was interrupted.
+  bool fit_batch(int most) {
+    const int processes = ranks() != nullptr ? ranks()->size() : 1;
+    // Several trials per thread, because some take far longer. The results do not depend on the number.
+    const int at_once = 4 * thread_count() * processes;
+    std::vector<CalibrationTrials::Trial> batch;
+    for (int i = 0; i < std::min(at_once, most); ++i) batch.push_back(source.next());
+    std::vector<CalibratedTrial> done(batch.size());
+    const bool going = share_out<CalibratedTrial>(
+        batch.size(), static_cast<std::size_t>(processes > 1 ? thread_count() : at_once),
+        [&](std::size_t first, std::size_t last, const Give<CalibratedTrial>& give) {
+          parallel_for(static_cast<int>(last - first), [&](int i) {
+            const std::size_t place = first + static_cast<std::size_t>(i);
+            if (auto trial = calibrate_trial(densities, batch[place], table, options.settings, interrupted))
+              give(place, std::move(*trial));
+          });
+        },
+        [&](std::size_t i, CalibratedTrial trial) { done[i] = std::move(trial); }, interrupted);
+    if (!going) return false;
+    if (is_root())
+      for (std::size_t i = 0; i < batch.size(); ++i) network.answer(batch[i].sway_rad, done[i]);
+    trials.insert(trials.end(), done.begin(), done.end());
+    return true;
+  }
+
+  std::string document() const {
+    Json all = Json::array();
+    for (const CalibratedTrial& trial : trials) all.push_back(trial_json(trial));
+    const bool some = std::ranges::any_of(trials, &CalibratedTrial::agreed);
+    return with_call({{"settings", settings},
+                      {"network", hash},
+                      {"calibration", figures_json(table, compute_calibration(trials, stddev))},
+                      {"parts", parts_json(partitions(trials, protocols.front(), stddev), table)},
+                      {"agreeing", some ? figures_json(table, calibration_of_agreeing(trials, stddev)) : Json()},
+                      {"trials", std::move(all)}},
+                     call);
+  }
+
+  std::string text(const Calibration& found) const {
+    return format(
+               "%d trials, chains of %d agree\nBy chance, one parameter's distance from uniform is beyond %.3f "
+               "in 5%% of calibrations, the largest beyond %.3f\n\n",
+               found.trials, found.agreed, found.band, found.band_of_all) +
+           figures_text(table, found) + scores_text(found) + parts_text(partitions(trials, protocols.front(), stddev));
+  }
+};
+
+/// Fits the trials that the calibration does not have yet, and writes the output after each batch.
+void fit_trials(TrialsRun& run) {
+  const CalibrateOptions& options = run.options;
+  ProgressBar bar("calibrate", "trials", options.trials, options.common.quiet);
+  if (options.resume)
+    bar.line(resuming_text(options.output, run.trials.size(), static_cast<std::size_t>(options.trials), "trials"));
+  bar.go_on_from(static_cast<long long>(run.trials.size()));
+  for (int left = 0; (left = options.trials - static_cast<int>(run.trials.size())) > 0 && run.fit_batch(left);) {
+    if (!options.output.empty() && is_root()) write_file(options.output, run.document());
+    bar.update(static_cast<long long>(run.trials.size()));
+  }
+}
+
 void run_calibrate(const CalibrateOptions& options, const Command& command) {
   std::vector<std::string> inputs;
-  const sim::Protocol protocol = options.protocol.load(options.common.quiet, &inputs);
-  std::vector<sim::Protocol> protocols{protocol};
+  std::vector<sim::Protocol> protocols{options.protocol.load(options.common.quiet, &inputs)};
   for (const std::string& name : options.with) {
     ProtocolOptions other = options.protocol;
     other.name = name;
@@ -294,88 +328,20 @@ void run_calibrate(const CalibrateOptions& options, const Command& command) {
   refuse_same_file(options.figure, inputs);
   for (const std::string& path : {options.output, options.figure})
     if (!path.empty() && is_root()) PendingFile probe(path);
-  const Json settings = settings_json(options, protocol, std::span(protocols).subspan(1));
   const Model model = model_or_built_in(options.model);
-  if (!options.model.empty()) require_same_experiment(model, options.model, protocol, "protocol " + protocol.name);
-  NetworkAnswers network(model, protocol);
-  const Json hash = network.sha256().empty() ? Json(nullptr) : Json(network.sha256());
-  const std::size_t parameters = protocol.parameters().size();
-  std::vector<CalibratedTrial> trials;
-  if (is_root() && options.resume && path_exists(options.output))
-    trials = earlier_trials(options.output, settings, hash, parameters);
-  trials = broadcast_value(std::move(trials));  // others need their numbers
-  const posterior::Priors priors = posterior::with_conventions(options.priors, protocol.ranges());
-  std::deque<posterior::Density> densities;
-  for (const sim::Protocol& one : protocols) densities.emplace_back(one, priors);
-  CalibrationTrials source(protocols, options.priors, options.seed);
-  for (CalibratedTrial& trial : trials) {
-    source.seek(trial.attempt);
-    const CalibrationTrials::Trial again = source.next();
-    if (!trial.network) network.answer(again.sway_rad, trial);
-  }
-  const sim::ParameterTable table = protocol.ranges();
-  const sim::Parameters stddev = uniform_stddev(table);
-
-  const auto document = [&] {
-    Json all = Json::array();
-    for (const CalibratedTrial& trial : trials) all.push_back(trial_json(trial));
-    Json json{{"settings", settings},
-              {"network", hash},
-              {"calibration", figures_json(table, compute_calibration(trials, stddev))}};
-    const bool some = std::ranges::any_of(trials, &CalibratedTrial::agreed);
-    json["parts"] = parts_json(trials, protocol, stddev);
-    json["agreeing"] = some ? figures_json(table, calibration_of_agreeing(trials, stddev)) : Json(nullptr);
-    json["trials"] = std::move(all);
-    return with_call(std::move(json), call);
-  };
+  if (!options.model.empty())
+    require_same_experiment(model, options.model, protocols.front(), "protocol " + protocols.front().name);
+  TrialsRun run{options, protocols, model, call};
+  run.prepare();
   catch_interrupt();
-  {
-    ProgressBar bar("calibrate", "trials", options.trials, options.common.quiet);
-    if (options.resume)
-      bar.line(resuming_text(options.output, trials.size(), static_cast<std::size_t>(options.trials), "trials"));
-    bar.go_on_from(static_cast<long long>(trials.size()));
-    const int processes = ranks() != nullptr ? ranks()->size() : 1;
-    bool going = true;
-    while (static_cast<int>(trials.size()) < options.trials && going) {
-      // Several trials per thread, because some take far longer. The results do not depend on the number.
-      std::vector<CalibrationTrials::Trial> batch;
-      const int most = 4 * thread_count() * processes;
-      for (int i = 0; i < most && static_cast<int>(trials.size() + batch.size()) < options.trials; ++i)
-        batch.push_back(source.next());
-      std::vector<CalibratedTrial> done(batch.size());
-      going = share_out<CalibratedTrial>(
-          batch.size(), static_cast<std::size_t>(processes > 1 ? thread_count() : most),
-          [&](std::size_t first, std::size_t last, const Give<CalibratedTrial>& give) {
-            parallel_for(static_cast<int>(last - first), [&](int i) {
-              const std::size_t place = first + static_cast<std::size_t>(i);
-              if (auto trial = calibrate_trial(densities, batch[place], table, options.settings, interrupted))
-                give(place, std::move(*trial));
-            });
-          },
-          [&](std::size_t i, CalibratedTrial trial) { done[i] = std::move(trial); }, interrupted);
-      if (!going) break;
-      if (is_root())
-        for (std::size_t i = 0; i < batch.size(); ++i) network.answer(batch[i].sway_rad, done[i]);
-      trials.insert(trials.end(), done.begin(), done.end());
-      if (!options.output.empty() && is_root()) write_file(options.output, document());
-      bar.update(static_cast<long long>(trials.size()));
-    }
-  }
+  fit_trials(run);
   if (!is_root()) return;
-  if (trials.empty()) throw std::runtime_error("stopped before the first trial was done");
-  const Calibration found = compute_calibration(trials, stddev);
-  if (options.common.json) {
-    std::cout << document();
-  } else {
-    std::cout << format(
-                     "%d trials, chains of %d agree\nBy chance, one parameter's distance from uniform is beyond %.3f "
-                     "in 5%% of calibrations, the largest beyond %.3f\n\n",
-                     found.trials, found.agreed, found.band, found.band_of_all)
-              << figures_text(table, found) << scores_text(found) << parts_text(trials, protocol, stddev);
-  }
-  if (!options.figure.empty()) write_file(options.figure, calibration_figure(table, trials, found.band_of_all));
+  if (run.trials.empty()) throw std::runtime_error("stopped before the first trial was done");
+  const Calibration found = compute_calibration(run.trials, run.stddev);
+  std::cout << (options.common.json ? run.document() : run.text(found));
+  if (!options.figure.empty()) write_file(options.figure, calibration_figure(run.table, run.trials, found.band_of_all));
   if (interrupted())
-    throw std::runtime_error(format("stopped after %zu of %d trials%s", trials.size(), options.trials,
+    throw std::runtime_error(format("stopped after %zu of %d trials%s", run.trials.size(), options.trials,
                                     options.output.empty() ? "" : "; --resume continues"));
 }
 

@@ -265,7 +265,34 @@ Report make_report(const FitOptions& options, const PlanFitter& fitter, FitResul
   return report;
 }
 
-void run_fit(FitOptions options, const Command& command) {
+/// Completes options.request with the controllers after the first one, and with the priors of all.
+void set_controllers(FitOptions& options, const std::vector<const sim::BodyModel*>& controllers,
+                     sim::Protocol protocol) {
+  for (const sim::BodyModel* controller : controllers) {
+    protocol.experiment.body_model = controller;
+    std::vector<posterior::ParameterPrior> priors =
+        parameter_priors(for_controller(options, *controller, controllers), protocol.ranges());
+    if (controller == controllers.front())
+      options.request.priors.parameters = std::move(priors);
+    else
+      options.request.others.push_back({controller, std::move(priors)});
+  }
+}
+
+/// Everything that a call of recordings reads, except options.request.
+struct FitInput {
+  Model model;
+  sim::Protocol protocol{};
+  std::vector<const sim::BodyModel*> controllers{};
+  FreedParameters freed{};
+  RecordingPlan plan{};
+  GroupTable groups{};
+  std::vector<std::string> files{};  ///< all that were read
+};
+
+/// Finds the recordings, reads all files but them, and completes options.request. Throws Error for options that
+/// contradict each other or the recordings.
+FitInput read_input(FitOptions& options) {
   if (!options.free.empty() && options.joint.empty())
     throw Error(Code::setting_conflict, "--free", "applies to recordings that are fitted together only",
                 "give --joint too");
@@ -282,64 +309,64 @@ void run_fit(FitOptions options, const Command& command) {
   inputs.clear();
   std::optional<sim::Protocol> given;
   if (!options.protocol.empty()) given = read_protocol(options.protocol, options.common.quiet, &inputs);
-  const Model model = model_or_built_in(options.model);
-  sim::Protocol protocol = protocol_for(options, given.value_or(model.protocol));
-  const std::vector<const sim::BodyModel*> controllers = controllers_of(options, protocol);
-  protocol.experiment.body_model = controllers.front();
-  for (const sim::BodyModel* controller : controllers) {
-    sim::Protocol its_own = protocol;
-    its_own.experiment.body_model = controller;
-    std::vector<posterior::ParameterPrior> priors =
-        parameter_priors(for_controller(options, *controller, controllers), its_own.ranges());
-    if (controller == controllers.front())
-      options.request.priors.parameters = std::move(priors);
-    else
-      options.request.others.push_back({controller, std::move(priors)});
-  }
-  if (!options.joint.empty() && controllers.size() > 1)
+  FitInput input{model_or_built_in(options.model)};
+  input.protocol = protocol_for(options, given.value_or(input.model.protocol));
+  input.controllers = controllers_of(options, input.protocol);
+  input.protocol.experiment.body_model = input.controllers.front();
+  set_controllers(options, input.controllers, input.protocol);
+  if (!options.joint.empty() && input.controllers.size() > 1)
     throw Error(Code::setting_conflict, "--joint", "cannot be combined with several controllers",
                 "name one with --controller");
-  const FreedParameters freed = read_freed(options.free, protocol.parameters());
-  options.request.freed = freed.names;
-  reading.truth = recordings.known(protocol.parameters());
+  input.freed = read_freed(options.free, input.protocol.parameters());
+  options.request.freed = input.freed.names;
+  reading.truth = recordings.known(input.protocol.parameters());
   reading.body = recordings.body();
   // A protocol of one's own may describe it.
   if (!reading.body && given && given->experiment.body != sim::Body{}) reading.body = given->experiment.body;
 
-  const RecordingPlan plan = recordings.plan(reading, options.common.quiet);
-  const std::vector<std::string> files = recordings.distinct_files();
-  inputs.insert(inputs.begin(), files.begin(), files.end());
-  inputs.insert(inputs.end(), {recordings.study, options.model, options.groups.table});
-  options.outputs.check(inputs);
-  const GroupTable groups = read_groups(options.groups, recordings, plan, options.common.quiet);
+  input.plan = recordings.plan(reading, options.common.quiet);
+  input.files = recordings.distinct_files();
+  input.files.insert(input.files.end(), inputs.begin(), inputs.end());
+  input.files.insert(input.files.end(), {recordings.study, options.model, options.groups.table});
+  options.outputs.check(input.files);
+  input.groups = read_groups(options.groups, recordings, input.plan, options.common.quiet);
   if (!options.joint.empty()) {
-    refuse_repeated(plan, "--joint");
-    refuse_joint_cells(groups, joint_groups(plan, options.joint, freed.conditions));
+    refuse_repeated(input.plan, "--joint");
+    refuse_joint_cells(input.groups, joint_groups(input.plan, options.joint, input.freed.conditions));
   }
+  return input;
+}
 
+/// Returns the settings that all results of a journal share.
+std::string journal_settings(const FitInput& input, const Command& command) {
   Json names = Json::array();
-  for (const sim::BodyModel* controller : controllers) names.push_back(controller->name);
-  const Json settings{{"version", version},
-                      {"controllers", std::move(names)},
-                      {"protocol", sim::to_json_object(protocol)},
-                      {"model", nn::weights_sha256(model.network)},
-                      {"options", command.given(beside_answers)}};
-  std::optional<FitJournal> journal = is_root() ? journal_of(options, print_json(settings)) : std::nullopt;
+  for (const sim::BodyModel* controller : input.controllers) names.push_back(controller->name);
+  return print_json({{"version", version},
+                     {"controllers", std::move(names)},
+                     {"protocol", sim::to_json_object(input.protocol)},
+                     {"model", nn::weights_sha256(input.model.network)},
+                     {"options", command.given(beside_answers)}});
+}
+
+void run_fit(FitOptions options, const Command& command) {
+  FitInput input = read_input(options);
+  const RecordingFlags& recordings = options.recordings;
+  std::optional<FitJournal> journal = is_root() ? journal_of(options, journal_settings(input, command)) : std::nullopt;
   catch_interrupt();
   options.request.keeps_log_likelihood = options.outputs.draws.ends_with(".npz");
-  PlanFitter fitter(&model, protocol, plan, options.request, &inputs);
+  PlanFitter fitter(&input.model, input.protocol, input.plan, options.request, &input.files);
   if (options.groups.given()) static_cast<void>(fitter.report().compared_parameters());  // throws if all are fixed
-  FitResults results =
-      fit_all({recordings.sources, listed(recordings.files), options.joint, freed.conditions, options.common.quiet},
-              fitter, plan, journal ? &*journal : nullptr);
+  FitResults results = fit_all(
+      {recordings.sources, listed(recordings.files), options.joint, input.freed.conditions, options.common.quiet},
+      fitter, input.plan, journal ? &*journal : nullptr);
   if (!is_root()) return;
   options.outputs.count = results.size();
-  Report report = make_report(options, fitter, std::move(results), groups, options.outputs.places);
+  Report report = make_report(options, fitter, std::move(results), input.groups, options.outputs.places);
   const std::vector<RecordingResult>& begun = report.recordings;
   report.model = model_name(options.model);
-  report.model_sha256 = nn::weights_sha256(model.network);
+  report.model_sha256 = nn::weights_sha256(input.model.network);
   report.options = command.given(beside_answers);
-  report.call = record_call(command, inputs, recordings.named);
+  report.call = record_call(command, input.files, recordings.named);
   report.call.seed = options.request.settings.seed;
   options.outputs.refuse_alone(report, options.common.json);
   options.outputs.write(report, options.common.json);

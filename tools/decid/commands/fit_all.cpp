@@ -89,14 +89,11 @@ std::vector<std::string> journal_keys(const FitGroup& group, const std::vector<R
   return keys;
 }
 
-}  // namespace
-
-FitResults fit_all(const FitCall& call, PlanFitter& fitter, const RecordingPlan& plan, FitJournal* journal) {
-  require_same("the list of recordings", call.files, "give all hosts the same files");
-  FitResults results(call.sources.size());
-  const std::vector<FitGroup> groups = with_singletons(
-      call.joint.empty() ? std::vector<FitGroup>() : joint_groups(plan, call.joint, call.conditions), results.size());
-  std::vector<std::string> keys(call.sources.size());
+/// Sets the keys of all recordings, and the results that the journal has. Returns the places of the groups that are
+/// left to fit. journal: null for none.
+std::vector<std::size_t> groups_to_fit(const FitCall& call, const std::vector<FitGroup>& groups,
+                                       const PlanFitter& fitter, const RecordingPlan& plan, const FitJournal* journal,
+                                       std::vector<std::string>& keys, FitResults& results) {
   std::vector<std::size_t> left;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const std::vector<std::size_t>& members = groups[g].recordings;
@@ -117,7 +114,20 @@ FitResults fit_all(const FitCall& call, PlanFitter& fitter, const RecordingPlan&
       if (results[i]) set_planned(*results[i], plan.recordings[i]);
     }
   }
-  left = broadcast_value(left);  // what rank 0 finds counts
+  return left;
+}
+
+}  // namespace
+
+FitResults fit_all(const FitCall& call, PlanFitter& fitter, const RecordingPlan& plan, FitJournal* journal) {
+  require_same("the list of recordings", call.files, "give all hosts the same files");
+  FitResults results(call.sources.size());
+  const std::vector<FitGroup> groups = with_singletons(
+      call.joint.empty() ? std::vector<FitGroup>() : joint_groups(plan, call.joint, call.conditions), results.size());
+  std::vector<std::string> keys(call.sources.size());
+  // All ranks fit the groups that rank 0 finds.
+  const std::vector<std::size_t> left =
+      broadcast_value(groups_to_fit(call, groups, fitter, plan, journal, keys, results));
   FitProgressBar bar(results, call.quiet);
   const bool alone = ranks() == nullptr;
   share_out<std::vector<RecordingResult>>(

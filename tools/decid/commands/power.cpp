@@ -31,6 +31,22 @@ struct PowerOptions {
   std::string model, by = "network", protocol;
 };
 
+/// The study's parameters, SI units, and which of them the options give.
+struct PowerValues {
+  sim::Parameters at, difference, participant, visit, trial, measured;            ///< means and standard deviations
+  std::vector<bool> has_mean, wanted, has_sd, has_visit_sd, has_trial_sd, known;  ///< known: --measurement-sd
+  bool simulates;  ///< a difference of a parameter without --measurement-sd
+};
+
+/// A parameter with a difference, and its power.
+struct PowerRow {
+  const sim::ParameterInfo& info;
+  double mean, difference, participant_sd;
+  cohort::PowerDesign design;  ///< with the standard deviation of the participants' values
+  double power;
+  std::size_t needed;  ///< participants; 0: more than the search goes to
+};
+
 /// Returns the spread of the recordings' values: the network's, or decid fit's.
 cohort::ValueSpread spread_of(const PowerOptions& options, const Model& model, const cohort::PlannedGroups& groups) {
   sim::Protocol protocol = model.protocol;
@@ -83,125 +99,139 @@ std::string name_and_unit(const sim::ParameterInfo& info) {
   return info.name + (info.shown_unit().empty() ? "" : ", " + info.shown_unit());
 }
 
+/// Throws Error for options that change nothing in the call.
+void refuse_unused_options(const PowerOptions& options, const PowerValues& values, const sim::ParameterTable& table) {
+  const std::string no_difference = "it has no --difference";
+  for (const auto& [option, given] : {std::pair("--measurement-sd", &values.known),
+                                      {"--trial-sd", &values.has_trial_sd},
+                                      {"--visit-sd", &values.has_visit_sd}})
+    refuse_unused(option, *given, values.wanted, table, no_difference);
+  if (!values.simulates) {
+    refuse_unused("--participant-sd", values.has_sd, values.wanted, table, no_difference);
+    refuse_unused("--at", values.has_mean, values.wanted, table, no_difference);
+  }
+  if (!options.design.paired && !options.visit_sd.empty())
+    throw Error(Code::setting_conflict, "--visit-sd", "is for visits of the same participants", "add --paired");
+  if (options.design.paired && !values.simulates && !options.participant_sd.empty())
+    throw Error(Code::setting_conflict, "--participant-sd",
+                "is not used: --paired compares the visits of each participant", "leave it out, or give --visit-sd");
+  for (const auto& [option, is_given] :
+       {std::pair("--sensor-noise", !options.sensor_noise_deg.empty()), {"--protocol", !options.protocol.empty()}})
+    if (!values.simulates && is_given)
+      throw Error(Code::setting_conflict, option,
+                  "is not used: --measurement-sd gives the uncertainty of all recordings", "leave one of them out");
+}
+
+/// Returns the options' values, with defaults for those that are not given. Throws Error for an impossible value.
+PowerValues read_options(const PowerOptions& options, const Model& model) {
+  const sim::ParameterTable& table = model.parameters();
+  const sim::Parameters none(table.size());
+  PowerValues values{table.middle(), none, none, none, none, none, {}, {}, {}, {}, {}, {}, false};
+  std::vector<bool> percent_at, percent_difference;
+  values.has_mean = read_named_values("--at", options.at, table, table.middle(), values.at, &percent_at);
+  values.wanted =
+      read_named_values("--difference", options.differences, table, values.at, values.difference, &percent_difference);
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    values.participant[p] = table[p].range() / 8.0;
+    values.visit[p] = table[p].range() / 24.0;
+  }
+  values.known = read_named_values("--measurement-sd", options.measurement_sd, table, values.at, values.measured);
+  values.simulates = !std::ranges::equal(values.wanted, values.known,
+                                         [](bool is_wanted, bool is_known) { return is_known || !is_wanted; });
+  const double mgh_nm_rad = model.protocol.experiment.body.mgh();
+  const auto check_means = [&](const sim::Parameters& differences) {
+    for (std::size_t p = 0; p < table.size(); ++p)
+      if (values.simulates || values.wanted[p])  // simulated people have all parameters
+        cohort::check_mean(table[p], values.at[p], differences[p], percent_at[p] ? 0.0 : mgh_nm_rad);
+  };
+  check_means(none);
+  refuse_beyond_range("--difference", values.wanted, values.difference, table);
+  check_means(values.difference);
+  const auto read_sd = [&](const char* option, const std::vector<std::string>& texts, sim::Parameters& sd) {
+    std::vector<bool> given = read_named_values(option, texts, table, values.at, sd);
+    refuse_beyond_range(option, given, sd, table);
+    return given;
+  };
+  values.has_sd = read_sd("--participant-sd", options.participant_sd, values.participant);
+  values.has_visit_sd = read_sd("--visit-sd", options.visit_sd, values.visit);
+  values.has_trial_sd = read_sd("--trial-sd", options.trial_sd, values.trial);
+  refuse_beyond_range("--measurement-sd", values.known, values.measured, table);
+  refuse_unused_options(options, values, table);
+  for (std::size_t p = 0; p < table.size() && !options.common.quiet; ++p)
+    if (values.wanted[p] && !percent_difference[p]) note_small_difference(table[p], values.difference[p], mgh_nm_rad);
+  return values;
+}
+
+/// Returns a row for each parameter with a difference.
+std::vector<PowerRow> power_rows(const PowerOptions& options, const PowerValues& values, const Model& model) {
+  cohort::ValueSpread spread;
+  if (values.simulates) spread = spread_of(options, model, {values.at, values.difference, values.participant});
+  const double significance = 0.05 / options.intervals;  // Bonferroni
+  std::vector<PowerRow> rows;
+  for (std::size_t p = 0; p < values.at.size(); ++p) {
+    if (!values.wanted[p]) continue;
+    cohort::PowerDesign design = options.design;
+    design.participants = static_cast<std::size_t>(options.participants);
+    design.trials = static_cast<std::size_t>(options.trials);
+    design.participant_sd = values.known[p] ? values.participant[p] : spread.participant_sd[p];
+    design.visit_sd = values.visit[p];
+    design.trial_sd = values.trial[p];
+    design.measurement_sd = values.known[p] ? values.measured[p] : spread.measurement_sd[p];
+    rows.push_back({model.parameters()[p], values.at[p], values.difference[p], values.participant[p], design,
+                    cohort::power_of(design, values.difference[p], significance),
+                    cohort::participants_for(design, values.difference[p], options.power, significance)});
+  }
+  return rows;
+}
+
+Json power_json(const PowerOptions& options, const std::vector<PowerRow>& rows) {
+  Json list = Json::array();
+  for (const PowerRow& row : rows)
+    list.push_back({{"name", row.info.name},
+                    {"unit", row.info.unit},
+                    {"mean", row.mean},
+                    {"difference", row.difference},
+                    {"participant_sd", row.participant_sd},
+                    {"participant_sd_of_values", row.design.participant_sd},
+                    {"visit_sd", row.design.visit_sd},
+                    {"trial_sd", row.design.trial_sd},
+                    {"measurement_sd", row.design.measurement_sd},
+                    {"power", row.power},
+                    {"participants_needed", row.needed > 0 ? Json(row.needed) : Json(nullptr)}});
+  return {{"decid", version},
+          {"participants", options.participants},
+          {"trials", options.trials},
+          {"paired", options.design.paired},
+          {"power_wanted", options.power},
+          {"intervals", options.intervals},
+          {"parameters", std::move(list)}};
+}
+
+std::string power_text(const PowerOptions& options, const std::vector<PowerRow>& rows) {
+  std::string text = format("%-22s %12s %12s %14s %12s %10s %12s\n", "parameter, unit", "mean", "difference",
+                            "participant sd", "recording sd", "power", "participants");
+  for (const PowerRow& row : rows)
+    text += format("%-22s %12.5g %12.4g %14.4g %12.4g %9.1f%% %12s\n", name_and_unit(row.info).c_str(), row.mean,
+                   row.difference, row.participant_sd, row.design.measurement_sd, 100.0 * row.power,
+                   row.needed > 0 ? std::to_string(row.needed).c_str() : "-");
+  return text + format(
+                    "Power of %s: %d participants%s, %s each. Participants: the number%s for a power of %g%%.\n"
+                    "Means, differences and standard deviations (sd) are in the parameter's unit.\n",
+                    options.intervals == 1
+                        ? "a 95% interval"
+                        : format("one of %d 95%% intervals that hold together", options.intervals).c_str(),
+                    options.participants, options.design.paired ? " in pairs" : " per group",
+                    counted(options.trials, "trial").c_str(), options.design.paired ? " of pairs" : " per group",
+                    100.0 * options.power);
+}
+
 void run_power(const PowerOptions& options) {
   if (options.by == "network" && !options.protocol.empty())
     throw Error(Code::setting_conflict, "--protocol", "is for --by fit: a network reads its own protocol",
                 "add --by fit, or leave it out");
   const Model model = model_or_built_in(options.model);
-  const sim::ParameterTable& table = model.parameters();
-  sim::Parameters at = table.middle(), difference(table.size()), participant(table.size()), visit(table.size()),
-                  trial(table.size());
-  std::vector<bool> percent_at, percent_difference;
-  const std::vector<bool> has_mean = read_named_values("--at", options.at, table, table.middle(), at, &percent_at);
-  const std::vector<bool> wanted =
-      read_named_values("--difference", options.differences, table, at, difference, &percent_difference);
-  for (std::size_t p = 0; p < table.size(); ++p) {
-    participant[p] = table[p].range() / 8.0;
-    visit[p] = table[p].range() / 24.0;
-  }
-  sim::Parameters measured(table.size());
-  const std::vector<bool> known = read_named_values("--measurement-sd", options.measurement_sd, table, at, measured);
-  const bool simulates =
-      !std::ranges::equal(wanted, known, [](bool is_wanted, bool is_known) { return is_known || !is_wanted; });
-  const double mgh_nm_rad = model.protocol.experiment.body.mgh();
-  const auto check_means = [&](const sim::Parameters& differences) {
-    for (std::size_t p = 0; p < table.size(); ++p)
-      if (simulates || wanted[p])  // simulated people have all parameters
-        cohort::check_mean(table[p], at[p], differences[p], percent_at[p] ? 0.0 : mgh_nm_rad);
-  };
-  check_means(sim::Parameters(table.size()));
-  refuse_beyond_range("--difference", wanted, difference, table);
-  check_means(difference);
-  const auto read_sd = [&](const char* option, const std::vector<std::string>& texts, sim::Parameters& values) {
-    std::vector<bool> given = read_named_values(option, texts, table, at, values);
-    refuse_beyond_range(option, given, values, table);
-    return given;
-  };
-  const std::vector<bool> has_sd = read_sd("--participant-sd", options.participant_sd, participant),
-                          has_visit_sd = read_sd("--visit-sd", options.visit_sd, visit),
-                          has_trial_sd = read_sd("--trial-sd", options.trial_sd, trial);
-  refuse_beyond_range("--measurement-sd", known, measured, table);
-  sim::Parameters of_values = participant;
-  const std::string no_difference = "it has no --difference";
-  for (const auto& [option, given] :
-       {std::pair("--measurement-sd", &known), {"--trial-sd", &has_trial_sd}, {"--visit-sd", &has_visit_sd}})
-    refuse_unused(option, *given, wanted, table, no_difference);
-  if (!simulates) {
-    refuse_unused("--participant-sd", has_sd, wanted, table, no_difference);
-    refuse_unused("--at", has_mean, wanted, table, no_difference);
-  }
-  if (!options.design.paired && !options.visit_sd.empty())
-    throw Error(Code::setting_conflict, "--visit-sd", "is for visits of the same participants", "add --paired");
-  if (options.design.paired && !simulates && !options.participant_sd.empty())
-    throw Error(Code::setting_conflict, "--participant-sd",
-                "is not used: --paired compares the visits of each participant", "leave it out, or give --visit-sd");
-  for (const auto& [option, is_given] :
-       {std::pair("--sensor-noise", !options.sensor_noise_deg.empty()), {"--protocol", !options.protocol.empty()}})
-    if (!simulates && is_given)
-      throw Error(Code::setting_conflict, option,
-                  "is not used: --measurement-sd gives the uncertainty of all recordings", "leave one of them out");
-  for (std::size_t p = 0; p < table.size() && !options.common.quiet; ++p)
-    if (wanted[p] && !percent_difference[p]) note_small_difference(table[p], difference[p], mgh_nm_rad);
-  if (simulates) {
-    const cohort::ValueSpread spread = spread_of(options, model, {at, difference, participant});
-    for (std::size_t p = 0; p < table.size(); ++p) {
-      if (known[p]) continue;
-      measured[p] = spread.measurement_sd[p];
-      of_values[p] = spread.participant_sd[p];
-    }
-  }
-
-  const double significance = 0.05 / options.intervals;  // Bonferroni
-  Json list = Json::array();
-  std::string text = format("%-22s %12s %12s %14s %12s %10s %12s\n", "parameter, unit", "mean", "difference",
-                            "participant sd", "recording sd", "power", "participants");
-  for (std::size_t p = 0; p < table.size(); ++p) {
-    if (!wanted[p]) continue;
-    cohort::PowerDesign design = options.design;
-    design.participants = static_cast<std::size_t>(options.participants);
-    design.trials = static_cast<std::size_t>(options.trials);
-    design.participant_sd = of_values[p];
-    design.visit_sd = visit[p];
-    design.trial_sd = trial[p];
-    design.measurement_sd = measured[p];
-    const double power = cohort::power_of(design, difference[p], significance);
-    const std::size_t needed = cohort::participants_for(design, difference[p], options.power, significance);
-    text += format("%-22s %12.5g %12.4g %14.4g %12.4g %9.1f%% %12s\n", name_and_unit(table[p]).c_str(), at[p],
-                   difference[p], participant[p], measured[p], 100.0 * power,
-                   needed > 0 ? std::to_string(needed).c_str() : "-");
-    list.push_back({{"name", table[p].name},
-                    {"unit", table[p].unit},
-                    {"mean", at[p]},
-                    {"difference", difference[p]},
-                    {"participant_sd", participant[p]},
-                    {"participant_sd_of_values", of_values[p]},
-                    {"visit_sd", visit[p]},
-                    {"trial_sd", trial[p]},
-                    {"measurement_sd", measured[p]},
-                    {"power", power},
-                    {"participants_needed", needed > 0 ? Json(needed) : Json(nullptr)}});
-  }
-  if (options.common.json) {
-    std::cout << print_json({{"decid", version},
-                             {"participants", options.participants},
-                             {"trials", options.trials},
-                             {"paired", options.design.paired},
-                             {"power_wanted", options.power},
-                             {"intervals", options.intervals},
-                             {"parameters", std::move(list)}})
-              << '\n';
-    return;
-  }
-  std::cout << text
-            << format(
-                   "Power of %s: %d participants%s, %s each. Participants: the number%s for a power of %g%%.\n"
-                   "Means, differences and standard deviations (sd) are in the parameter's unit.\n",
-                   options.intervals == 1
-                       ? "a 95% interval"
-                       : format("one of %d 95%% intervals that hold together", options.intervals).c_str(),
-                   options.participants, options.design.paired ? " in pairs" : " per group",
-                   counted(options.trials, "trial").c_str(), options.design.paired ? " of pairs" : " per group",
-                   100.0 * options.power);
+  const std::vector<PowerRow> rows = power_rows(options, read_options(options, model), model);
+  std::cout << (options.common.json ? print_json(power_json(options, rows)) + '\n' : power_text(options, rows));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Calibrated trials as JSON: see calibrated_trials.hpp.
 #include "tools/decid/results/calibrated_trials.hpp"
 
+#include <algorithm>
 #include <limits>
 
 #include "base/error.hpp"
@@ -53,12 +54,97 @@ std::string first_difference(const Json& earlier, const Json& now, const std::st
   return {};
 }
 
-}  // namespace
-
+/// Throws Error if a file's settings differ from this call's. The error names the first difference, with both values.
 void require_same_settings(const Json& earlier, const Json& now, const std::string& file) {
   if (const std::string text = first_difference(earlier, now, {}); !text.empty())
     throw Error(Code::file_differs, file, "was written with other settings: " + text,
                 "give the same options, or another --output");
+}
+
+// Each of the lists names fields by their JSON keys, in the file's order, for the writer and for the reader.
+template <class Of, class Visit>
+void visit_parameter(Of& of, const Visit& visit) {
+  visit("mse", of.mse);
+  visit("predicted_variance", of.predicted_variance);
+  visit("network_mse", of.network_mse);
+  visit("coverage50", of.coverage50);
+  visit("coverage90", of.coverage90);
+  visit("distance", of.distance);
+}
+
+template <class Of, class Visit>
+void visit_figures(Of& found, const Visit& visit) {
+  visit("trials", found.trials);
+  visit("agreed", found.agreed);
+  visit("band", found.band);
+  visit("band_of_all", found.band_of_all);
+  visit("log_score", found.log_score);
+  visit("network_log_score", found.network_log_score);
+}
+
+template <class Of, class Visit>
+void visit_row(Of& row, const Visit& visit) {
+  visit("condition", row.fault.name);
+  visit("size", row.fault.size);
+  visit("trials", row.trials);
+  visit("figures", row.figures);
+  visit("usable", row.usable);
+  visit("caution", row.caution);
+  visit("not_usable", row.not_usable);
+  visit("usable_far_off", row.usable_far_off);
+  visit("codes", row.codes);
+  visit("from_network", row.from_network);
+  visit("mean_s", row.mean_s);
+  visit("max_s", row.max_s);
+}
+
+struct Writer {
+  Json& json;
+  const sim::ParameterTable& table;
+  void operator()(const char* key, const auto& value) const { json[key] = value; }  // NaN prints as null
+  void operator()(const char* key, const std::optional<Calibration>& found) const {
+    json[key] = found ? figures_json(table, *found) : Json(nullptr);
+  }
+};
+
+struct Reader {
+  const Json& json;
+  const sim::ParameterTable& table;
+  void operator()(const char* key, auto& value) const { json.at(key).get_to(value); }
+  void operator()(const char* key, double& value) const {
+    value = json.at(key).is_null() ? std::numeric_limits<double>::quiet_NaN() : json.at(key).get<double>();
+  }
+  void operator()(const char* key, std::optional<Calibration>& found) const {
+    const Json& figures = json.at(key);
+    if (figures.is_null()) return;
+    visit_figures(found.emplace(), Reader{figures, table});
+    visit_parameter(found->all, Reader{figures.at("all"), table});
+    for (const sim::ParameterInfo& info : table)
+      visit_parameter(found->parameters.emplace_back(), Reader{figures.at("parameters").at(info.name), table});
+  }
+};
+
+}  // namespace
+
+Json figures_json(const sim::ParameterTable& table, const Calibration& found) {
+  Json json;
+  visit_figures(found, Writer{json, table});
+  visit_parameter(found.all, Writer{json["all"], table});
+  for (std::size_t p = 0; p < table.size(); ++p)
+    visit_parameter(found.parameters[p], Writer{json["parameters"][table[p].name], table});
+  return json;
+}
+
+Json rows_json(const std::vector<FitConditionFigures>& rows, const sim::ParameterTable& table) {
+  Json json = Json::array();
+  for (const FitConditionFigures& row : rows) visit_row(row, Writer{json.emplace_back(), table});
+  return json;
+}
+
+std::vector<FitConditionFigures> rows_from_json(const Json& json, const sim::ParameterTable& table) {
+  std::vector<FitConditionFigures> rows;
+  for (const Json& row : json.get_ref<const Json::array_t&>()) visit_row(rows.emplace_back(), Reader{row, table});
+  return rows;
 }
 
 Json trial_json(const CalibratedTrial& trial) {
@@ -115,6 +201,26 @@ std::vector<CalibratedTrial> earlier_trials(const std::string& file, const Json&
     throw Error(Code::file_unsupported, file, "is not a calibration", "give the file that decid calibrate -o wrote");
   }
   return trials;
+}
+
+std::vector<FitConditionFigures> earlier_rows(const std::string& file, const Json& settings,
+                                              const std::vector<FitCondition>& conditions,
+                                              const sim::ParameterTable& table) {
+  const Json earlier = parse_json(read_file(file), file);
+  if (!earlier.is_object() || !earlier.contains("settings") || !earlier.contains("conditions"))
+    throw Error(Code::file_unsupported, file, "is not a table of decid calibrate",
+                "give the file that --faults or --conditions wrote");
+  require_same_settings(earlier["settings"], settings, file);
+  const auto is_of = [](const FitConditionFigures& row, const FitCondition& condition) {
+    return row.fault.name == condition.fault.name && row.fault.size == condition.fault.size;
+  };
+  try {
+    std::vector<FitConditionFigures> rows = rows_from_json(earlier["conditions"], table);
+    if (rows.size() <= conditions.size() && std::equal(rows.begin(), rows.end(), conditions.begin(), is_of))
+      return rows;
+  } catch (const Json::exception&) {  // as for rows of another call
+  }
+  throw Error(Code::file_differs, file, "has other rows than this call makes", "delete it, or give another --output");
 }
 
 }  // namespace decid::tools
