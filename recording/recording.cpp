@@ -352,13 +352,14 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   const bool guessed = source.kind == SwaySource::Kind::angle && !options.unit && !unit_in(name) && !table.unit();
   const bool of_positions = source.kind == SwaySource::Kind::displacement || source.kind == SwaySource::Kind::markers;
   check_size(signal, guessed, options.mean_is_upright, of_positions, recording);
-  if (options.invert_sway)
-    for (double& value : signal.rad) value = -value;
   // Other columns are read after this function returns.
   const auto with_missing = [read, clock, missing_value = options.missing_value](int column, std::size_t step) {
     if (step > 1 && !clock.place.empty()) return std::vector<double>();
     return place_evenly(read_numbers(*read, column, missing_value, step), clock);
   };
+  check_hip(table, time, source, signal.rad, options, with_missing, recording);
+  if (options.invert_sway)
+    for (double& value : signal.rad) value = -value;
   if (!options.tilt_column.empty()) {
     read_tilt(table, named_column(table, options.tilt_column, recording.file, setting("tilt_column")), sway,
               with_missing, options, recording);

@@ -18,6 +18,7 @@
 #include "recording/quality/detail/quality.hpp"
 #include "recording/quality/detail/repeated_cycle.hpp"
 #include "recording/quality/detail/response_check.hpp"
+#include "recording/quality/detail/reversed_time.hpp"
 #include "recording/table/columns.hpp"
 
 namespace decid::recording {
@@ -221,6 +222,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
     if (signal.name == com_sway) {
       trial.other_start = look_for_changes(plan.response(), values, trial.gaps, recording.warnings);
+      look_for_reversed_time(values, plan, recording.warnings);
       look_for_repeated_cycle(values, plan, from_hz, recording.warnings);
     }
     if (&signal == tilt) {

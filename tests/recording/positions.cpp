@@ -8,6 +8,7 @@
 #include "recording/trial.hpp"
 #include "sim/double_pendulum.hpp"
 #include "tests/helpers.hpp"
+#include "tests/recording/default_protocol.hpp"
 #include "tests/recording/table/reading.hpp"
 #include "tests/sim/tiny_protocol.hpp"
 
@@ -110,6 +111,77 @@ TEST_CASE("a hip that moves is warned of, two sensors of one segment are not") {
   CHECK_FALSE(warned(0.1));
   CHECK(warned(0.4));
   CHECK(warned(-0.4));
+}
+
+namespace {
+
+/// Returns whether hip_moves warns of a table: a sway in degrees at 100 Hz, then two columns that cells() writes.
+template <class Cells>
+bool hip_warned(const std::vector<double>& sway_deg, const std::string& header, const Cells& cells,
+                const RecordingOptions& options = {}) {
+  std::string text = "time," + header + "\n";
+  for (std::size_t k = 0; k < sway_deg.size(); ++k)
+    text += format("%.2f,%.6f,", 0.01 * static_cast<double>(k), sway_deg[k]) + cells(k) + "\n";
+  return warning(read(text, options).warnings, "hip_moves") != nullptr;
+}
+
+}  // namespace
+
+TEST_CASE("a hip that moves is warned of where columns of leg and trunk stand beside the sway: 12 of 12, 0 of 60") {
+  const std::string names = "com_sway_deg,leg_deg,trunk_deg";
+  sim::Protocol protocol = sim::default_protocol();
+  const sim::DoubleSimulator of_two(protocol);
+  const auto n = static_cast<std::size_t>(of_two.samples());
+  std::vector<double> com(n), leg(n), trunk(n);
+  const auto in_degrees = [](std::vector<double> values) {
+    for (double& value : values) value /= sim::rad_per_deg;
+    return values;
+  };
+  int of_two_segments = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    REQUIRE(
+        of_two.run(sim::default_double_parameters(of_two.segments()), Random(seed, Stream::user, 0), {com, leg, trunk})
+            .valid);
+    const std::vector<double> leg_deg = in_degrees(leg), trunk_deg = in_degrees(trunk);
+    of_two_segments += hip_warned(in_degrees(com), names,
+                                  [&](std::size_t k) { return format("%.6f,%.6f", leg_deg[k], trunk_deg[k]); });
+  }
+  CHECK(of_two_segments == 12);
+  int of_one_segment = 0;
+  for (std::uint64_t i = 0; i < 60; ++i) {
+    const std::vector<double> sway_deg = in_degrees(trial_of_prior(7, i, [](sim::Parameters&) {}));
+    const Random random(8, Stream::user, i);
+    of_one_segment += hip_warned(sway_deg, names, [&](std::size_t k) {
+      return format("%.6f,%.6f", sway_deg[k] + 0.02 * random.normal(2 * k),
+                    sway_deg[k] + 0.02 * random.normal(2 * k + 1));
+    });
+  }
+  CHECK(of_one_segment == 0);
+
+  const std::vector<double> sway_deg = in_degrees(com), leg_deg = in_degrees(leg), trunk_deg = in_degrees(trunk);
+  const auto warned = [&](const std::string& header, const auto& cells) { return hip_warned(sway_deg, header, cells); };
+  const auto both = [&](std::size_t k) { return format("%.6f,%.6f", leg_deg[k], trunk_deg[k]); };
+  const auto in_rad = [&](std::size_t k) {
+    return format("%.8f,%.8f", leg_deg[k] * sim::rad_per_deg, trunk_deg[k] * sim::rad_per_deg);
+  };
+  CHECK(warned("com_sway_deg,Leg,Trunk", both));
+  CHECK(warned("com_sway_deg,leg_rad,trunk_rad", in_rad));
+  CHECK(hip_warned(sway_deg, "x_deg,leg_deg,trunk_deg", both, {.column = "x_deg"}));
+  CHECK(hip_warned(sway_deg, names, both, {.column = "com_sway_deg", .invert_sway = true}));
+  // Another quantity, another unit than the names say, and other angles cannot be compared.
+  for (const char* header :
+       {"com_sway_deg,leg_mm,trunk_mm", "com_sway_deg,leg_V,trunk_V", "com_sway_deg,leg_rad,trunk_rad",
+        "com_sway_deg,leg_deg,trunk_rad", "com_sway_deg,knee_deg,trunk_deg"}) {
+    CAPTURE(std::string(header));
+    CHECK_FALSE(warned(header, both));
+  }
+  CHECK_FALSE(hip_warned(sway_deg, "com_sway_deg,leg_deg,leg_deg", both, {.column = "com_sway_deg"}));
+  CHECK_FALSE(warned(names, [&](std::size_t k) { return format("%.6f,%.6f", leg_deg[k], trunk_deg[k] - leg_deg[k]); }));
+  CHECK_FALSE(warned(names, [&](std::size_t k) { return format("1,%.6f", trunk_deg[k]); }));
+  CHECK_FALSE(warned(names, [&](std::size_t k) { return format("%.6f,0", leg_deg[k]); }));
+  CHECK_FALSE(warned(names, [](std::size_t) { return "1,1"; }));
+  CHECK_FALSE(warned(names, [&](std::size_t k) { return format("%.6f,", leg_deg[k]); }));
+  CHECK_FALSE(warned(names, [&](std::size_t k) { return format("%.6f,", leg_deg[k]) + (k == 7 ? "bad" : "1"); }));
 }
 
 TEST_CASE("positions without a unit are read as degrees with a caution, angles without one") {

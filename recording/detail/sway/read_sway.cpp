@@ -74,6 +74,12 @@ std::vector<double> sway_of(const std::vector<double>& leg, const std::vector<do
   return sway;
 }
 
+std::vector<double> difference(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> result(a.size());
+  for (std::size_t k = 0; k < a.size(); ++k) result[k] = a[k] - b[k];
+  return result;
+}
+
 /// Returns the standard deviation of block means about their line: without a sensor's noise, offset and drift.
 double slow_deviation(const std::vector<double>& values) {
   constexpr std::size_t blocks = 240;
@@ -95,18 +101,23 @@ double slow_deviation(const std::vector<double>& values) {
   return std::sqrt(squares / static_cast<double>(means.size()));
 }
 
-/// Returns the sway of both segments. Warns if the hip moves, because the model is one segment.
-std::vector<double> join_segments(const std::vector<double>& leg, const std::vector<double>& trunk,
-                                  Recording& recording) {
+/// Warns if the hip moves, because the model is one segment. `columns`: those of leg and trunk, or empty.
+void warn_of_hip(const std::vector<double>& leg, const std::vector<double>& trunk, const std::vector<double>& sway,
+                 const std::string& columns, Recording& recording) {
   constexpr double max_ratio = 0.2;
-  std::vector<double> sway = sway_of(leg, trunk), hip(leg.size());
-  for (std::size_t k = 0; k < hip.size(); ++k) hip[k] = trunk[k] - leg[k];
-  const double of_hip = slow_deviation(hip), of_sway = slow_deviation(sway);
+  const double of_hip = slow_deviation(difference(trunk, leg)), of_sway = slow_deviation(sway);
   if (of_hip > max_ratio * of_sway)
     add_caution(recording.warnings, "hip_moves",
-                "the hip angle varies by " + three_digits(of_hip / sim::rad_per_deg) + " degrees rms, the sway by " +
-                    three_digits(of_sway / sim::rad_per_deg) +
+                "the hip angle" + columns + " varies by " + three_digits(of_hip / sim::rad_per_deg) +
+                    " degrees rms, the sway by " + three_digits(of_sway / sim::rad_per_deg) +
                     ": the model is one segment, so these values are biased, most of all stiffness and delay");
+}
+
+/// Returns the sway of both segments. Warns if the hip moves.
+std::vector<double> join_segments(const std::vector<double>& leg, const std::vector<double>& trunk,
+                                  Recording& recording) {
+  std::vector<double> sway = sway_of(leg, trunk);
+  warn_of_hip(leg, trunk, sway, "", recording);
   return sway;
 }
 
@@ -146,7 +157,44 @@ std::vector<double> read_angles(const Table& table, int column, const RecordingO
   return values;
 }
 
+/// Returns the angles of a column by its own unit, else by the sway's, in rad; empty for another quantity or length.
+std::vector<double> angles_beside(const Table& table, int column, std::size_t samples, const RecordingOptions& options,
+                                  const ReadColumn& read) {
+  const std::string& name = table.name(column);
+  if (other_quantity(name) != nullptr || find_metres_per_unit(name)) return {};
+  std::vector<double> values = read(column, 1);
+  if (values.size() != samples) return {};
+  const Unit of_sway = options.unit.value_or(table.unit().value_or(Unit::degree));
+  for (double& value : values) value *= rad_in(unit_in(name).value_or(of_sway));
+  return values;
+}
+
 }  // namespace
+
+void check_hip(const Table& table, int time, const SwaySource& source, const std::vector<double>& sway_rad,
+               const RecordingOptions& options, const ReadColumn& read, Recording& recording) {
+  constexpr double max_difference = 0.2;
+  if (source.kind != SwaySource::Kind::angle && source.kind != SwaySource::Kind::displacement) return;
+  try {
+    const int leg_column = find_named(
+        table, time, {"leg", "leg_angle", "leg_sway", "leg_tilt", "a_ls", "bein", "beinwinkel"}, recording.file, "");
+    const int trunk_column =
+        find_named(table, time, {"trunk", "trunk_angle", "trunk_sway", "trunk_tilt", "a_ts", "rumpf", "rumpfwinkel"},
+                   recording.file, "");
+    if (leg_column < 0 || trunk_column < 0) return;
+    const std::vector<double> leg = angles_beside(table, leg_column, sway_rad.size(), options, read),
+                              trunk = angles_beside(table, trunk_column, sway_rad.size(), options, read);
+    if (leg.empty() || trunk.empty()) return;
+    // Angles against the platform or between the segments have another centre of mass.
+    const std::vector<double> off = difference(sway_of(leg, trunk), sway_rad);
+    const auto missing = std::ranges::count_if(off, [](double value) { return std::isnan(value); });
+    if (2 * static_cast<std::size_t>(missing) > off.size() ||
+        slow_deviation(off) > max_difference * slow_deviation(sway_rad))
+      return;
+    warn_of_hip(leg, trunk, sway_rad, " by " + table.name(leg_column) + " and " + table.name(trunk_column), recording);
+  } catch (const Error&) {  // words, infinite numbers, or several columns of a name
+  }
+}
 
 Signal<double> read_sway(const Table& table, const SwaySource& source, const RecordingOptions& options,
                          const std::function<std::vector<double>(int column)>& read, Recording& recording) {
@@ -195,8 +243,7 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
                 "the shoulder " + table.name(columns[1]) + " moves less than the hip " + table.name(columns[0]) +
                     ": check whether the two are swapped");
   const sim::Segments segments = sim::make_segments({.height_m = *options.body_height_m});
-  std::vector<double> between(positions[0].size());
-  for (std::size_t k = 0; k < between.size(); ++k) between[k] = positions[1][k] - positions[0][k];
+  const std::vector<double> between = difference(positions[1], positions[0]);
   sway.rad = join_segments(angles(positions[0], segments.leg_length_m, "the hip", where),
                            angles(between, segments.trunk_length_m, "the shoulder", where), recording);
   return sway;

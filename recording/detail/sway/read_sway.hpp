@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "recording/detail/sway/sway_source.hpp"
+#include "recording/detail/tilt/read_tilt.hpp"
 #include "recording/recording.hpp"
 #include "recording/table/table.hpp"
 
@@ -17,5 +18,11 @@ namespace decid::recording {
 /// without gaps. Throws Error for displacements beyond their height, and for ambiguous units.
 Signal<double> read_sway(const Table& table, const SwaySource& source, const RecordingOptions& options,
                          const std::function<std::vector<double>(int column)>& read, Recording& recording);
+
+/// Warns if the hip moves by columns that are named leg and trunk beside the sway, a column of angles or displacements.
+/// Skips columns that it cannot compare: missing values in more than half of the samples, another length or unit, or
+/// a centre of mass that differs from the sway by more than a fifth of it.
+void check_hip(const Table& table, int time, const SwaySource& source, const std::vector<double>& sway_rad,
+               const RecordingOptions& options, const ReadColumn& read, Recording& recording);
 
 }  // namespace decid::recording
