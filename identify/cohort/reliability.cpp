@@ -37,22 +37,23 @@ MeanSquares mean_squares(std::size_t visits, std::span<const double> values) {
   return {k * between_participants / (n - 1.0), n * between_visits / (k - 1.0), rest / ((n - 1.0) * (k - 1.0))};
 }
 
-/// Returns the interval of ICC(2,1).
-std::array<double, 2> interval_of(double icc, const MeanSquares& squares, double n, double k) {
-  const double a = k * icc / (n * (1.0 - icc)), b = 1.0 + k * icc * (n - 1.0) / (n * (1.0 - icc));
+/// Returns minus infinity where the denominator, an estimated variance, is 0 or below: the quotient's limit there.
+double variance_ratio(double numerator, double denominator, double scale) {
+  return denominator > 1e-12 * scale ? numerator / denominator : -INFINITY;
+}
+
+/// Returns the interval of ICC(2,1) or, with `average`, ICC(2,k). odds: of the same ICC, which is irr's choice.
+std::array<double, 2> interval_of(double odds, const MeanSquares& squares, double n, double k, bool average) {
+  const double a = k * odds / n, b = 1.0 + k * odds * (n - 1.0) / n;
   const double by_visits = a * squares.visits, by_rest = b * squares.rest, sum = by_visits + by_rest;
   const double freedom = sum * sum / (by_visits * by_visits / (k - 1.0) + by_rest * by_rest / ((n - 1.0) * (k - 1.0)));
   const double low = f_critical(0.025, n - 1.0, freedom), high = f_critical(0.025, freedom, n - 1.0);
-  const double others = k * squares.visits + (k * n - k - n) * squares.rest;
-  return {n * (squares.participants - low * squares.rest) / (low * others + n * squares.participants),
-          n * (high * squares.participants - squares.rest) / (others + n * high * squares.participants)};
-}
-
-/// Returns minus infinity at and beyond the pole of Spearman and Brown's formula, where the mean of k visits has no
-/// variance.
-double of_average(double icc, double k) {
-  const double below = 1.0 + (k - 1.0) * icc;
-  return below > 1e-12 ? k * icc / below : -INFINITY;
+  const double others = average ? squares.visits - squares.rest : k * squares.visits + (k * n - k - n) * squares.rest;
+  const double scale = n * (squares.participants + squares.visits + squares.rest);
+  const double below = n * (squares.participants - low * squares.rest);
+  const double above = n * (high * squares.participants - squares.rest);
+  return {variance_ratio(below, low * others + n * squares.participants, scale),
+          variance_ratio(above, others + n * high * squares.participants, scale)};
 }
 
 }  // namespace
@@ -75,13 +76,15 @@ Reliability reliability(std::size_t visits, std::span<const double> values,
   found.participants = participants;
   const double visit_variance = (squares.visits - squares.rest) / n,
                participant_part = squares.participants - squares.rest;
-  found.icc_single = participant_part / (squares.participants + (k - 1.0) * squares.rest + k * visit_variance);
-  found.icc_average = participant_part / (squares.participants + visit_variance);
+  found.icc_single =
+      variance_ratio(participant_part, squares.participants + (k - 1.0) * squares.rest + k * visit_variance, whole);
+  found.icc_average = variance_ratio(participant_part, squares.participants + visit_variance, whole);
   constexpr double rounding = 1e-20;
   const double nothing = rounding * (squares.participants + squares.visits);
   if (squares.rest > nothing) {
-    found.icc_single95 = interval_of(found.icc_single, squares, n, k);
-    for (std::size_t end = 0; end < 2; ++end) found.icc_average95[end] = of_average(found.icc_single95[end], k);
+    const double odds = participant_part / (squares.rest + visit_variance);  // ICC / (1 - ICC) of the mean of all k
+    found.icc_single95 = interval_of(odds / k, squares, n, k, false);
+    found.icc_average95 = interval_of(odds, squares, n, k, true);
   } else if (squares.visits > nothing) {  // everybody changes by the same amount: the interval's freedom is 0 over 0
     found.icc_single95.fill(std::numeric_limits<double>::quiet_NaN());
     found.icc_average95 = found.icc_single95;

@@ -1,8 +1,11 @@
 // Reliability of repeated visits, from a two-way table of participants and visits: P. Shrout, J. Fleiss, Psychol. Bull.
 // 86 (1979) 420-428; K. McGraw, S. Wong, Psychol. Methods 1 (1996) 30-46 (intervals); R's irr::icc(model = "twoway",
-// type = "agreement") has the same values. MSR, MSC, MSE: mean squares of n participants, k visits, and the rest.
+// type = "agreement") has the same values, for units "single" and "average". MSR, MSC, MSE: mean squares of n
+// participants, k visits, and the rest.
 //   ICC(2,1) = (MSR - MSE) / (MSR + (k - 1) MSE + k (MSC - MSE) / n)    one visit of a person
 //   ICC(2,k) = (MSR - MSE) / (MSR + (MSC - MSE) / n)                    the mean of all k
+// irr takes the degrees of freedom of each interval at its own ICC. R's psych::ICC steps the interval of ICC(2,1) up by
+// Spearman and Brown's formula instead, which gives slightly other ends for ICC(2,k).
 //   standard error of measurement: root of MSE + max(0, MSC - MSE) / n, which counts that visits differ for everybody
 //   minimal detectable change = 1.96 sqrt(2) standard errors (J. Weir, J. Strength Cond. Res. 19 (2005) 231-240)
 // The rest is partly the recording's own uncertainty, which a posterior states, and partly the person's. The mean of a
@@ -19,8 +22,9 @@ namespace decid::cohort {
 struct Reliability {
   std::size_t participants = 0;
   double icc_single = 0.0, icc_average = 0.0;  ///< ICC(2,1) and ICC(2,k)
-  /// Minus infinity where ICC(2,1) is -1 / (k - 1) or below; NaN if everybody changes by the same amount between
-  /// visits: such data do not determine them.
+  /// NaN if everybody changes by the same amount between visits: such data do not determine them. ICC(2,k) and the ends
+  /// of its interval are minus infinity where their denominator, the estimated variance of a person's mean, is 0 or
+  /// below: the quotient would exceed 1. The JSON has null for both.
   std::array<double, 2> icc_single95{}, icc_average95{};
   double standard_error = 0.0;             ///< of measurement
   double minimal_detectable_change = 0.0;  ///< with 95%

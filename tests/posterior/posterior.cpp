@@ -11,6 +11,7 @@
 #include "tests/helpers.hpp"
 #include "tests/posterior/sampling/quick.hpp"
 #include "tests/posterior/trial.hpp"
+#include "tests/sim/third_model.hpp"
 
 using namespace decid;
 using namespace decid::posterior;
@@ -191,4 +192,29 @@ TEST_CASE("sample: the truth lies in the intervals, and the errors match their p
   CHECK(covered >= 9);
   CHECK(error < 0.3);
   CHECK(promised < 0.2);
+}
+
+// A truth is beyond four standard deviations of a right posterior with a probability of 6e-5 per parameter. Truths at
+// the other side of their ranges must be beyond, so a posterior that is wide or ignores the recording fails.
+TEST_CASE("sample: the posterior of a model that the library does not have covers the truth" *
+          doctest::test_suite("slow")) {
+  sim::register_body_model(third_model());
+  const sim::Protocol protocol = with_model(sim::short_protocol(), third_model());
+  const std::vector<double> unit{0.25, 0.6, 0.3, 0.7, 0.4, 0.5, 0.3, 0.4};
+  const sim::ParameterTable& table = protocol.parameters();
+  const sim::Parameters truth = table.from_unit(unit);
+  const auto is_determined = [&](std::size_t q) {
+    return table[q].name == "delay" || table[q].name == "theta" || table[q].name == "Nv";
+  };
+  const Density density(protocol, {.start_s = 0.0, .gain = 0.0, .standing_s = 0.0});
+  const Posterior found = sample(density, density.observe(recorded(protocol, truth, 0.02, 1)),
+                                 {.seed = 1, .groups = 1, .min_draws = 25, .max_draws = 50});
+  CHECK_FALSE(found.chains_disagree());
+  for (int quantity = 0; quantity < static_cast<int>(table.size()); ++quantity) {
+    const auto q = static_cast<std::size_t>(quantity);
+    CAPTURE(table[q].name);
+    CHECK(std::abs(found.mean(quantity) - truth[q]) < 4.0 * found.stddev(quantity));
+    const double mirrored = table[q].low + table[q].high - truth[q];
+    if (is_determined(q)) CHECK(std::abs(found.mean(quantity) - mirrored) > 4.0 * found.stddev(quantity));
+  }
 }

@@ -81,10 +81,10 @@ Values errors(Dice& dice) {
 }
 
 /// A person's true parameters, within the ranges.
-Values find_participant(Dice& dice, double effects) {
+Values find_participant(Dice& dice, double effects, const Values& differing = effect) {
   Values values{};
   for (std::size_t p = 0; p < count; ++p) do {
-      values[p] = population[p] + effects * effect[p] + participant_sd[p] * dice.normal();
+      values[p] = population[p] + effects * differing[p] + participant_sd[p] * dice.normal();
     } while (values[p] < 0.01 || values[p] > 0.99);
   return values;
 }
@@ -138,7 +138,7 @@ Study made_up(std::uint64_t number, int participants, double effects, bool skew)
 }
 
 /// Studies whose recordings the built-in network reads, with the artefacts of its training.
-std::vector<Study> read_by_network(int studies, int participants, double effects) {
+std::vector<Study> read_by_network(int studies, int participants, double effects, const Values& differing = effect) {
   const decid::Model model = decid::built_in_model();
   const decid::sim::Simulator simulator(model.protocol);
   const decid::sim::ParameterTable& table = model.parameters();
@@ -149,7 +149,7 @@ std::vector<Study> read_by_network(int studies, int participants, double effects
       [&](int index, int attempt) {
         const auto item = static_cast<std::uint64_t>(index) * 1000 + static_cast<std::uint64_t>(attempt);
         Dice dice{Random(12, Stream::user, item)};
-        const Values truth = find_participant(dice, index / participants % 2 == 1 ? effects : 0.0);
+        const Values truth = find_participant(dice, index / participants % 2 == 1 ? effects : 0.0, differing);
         return decid::sim::TrialInput{table.from_unit(truth), Random(12, decid::sim::streams::vestibular_noise, item)};
       },
       [&](int index, const decid::sim::TrialInput&, std::span<double> sway) {
@@ -181,14 +181,19 @@ bool leaves_out(const std::array<double, 2>& interval, double value) {
   return interval[0] > value || interval[1] < value;
 }
 
-Figures figures_of_study(const Study& study, double effects, const decid::cohort::Settings& settings) {
+/// The parameters with ranges from 0 to 1.
+std::vector<decid::sim::ParameterInfo> fractions_of_ranges() {
   std::vector<decid::sim::ParameterInfo> ranges;
   for (const decid::sim::ParameterInfo& info : decid::sim::single_pendulum().parameters) {
     ranges.push_back(info);
     ranges.back().low = 0.0;
-    ranges.back().high = 1.0;  // fractions
+    ranges.back().high = 1.0;
   }
-  const decid::cohort::Result found = decid::cohort::analyse(study.recordings, ranges, settings);
+  return ranges;
+}
+
+Figures figures_of_study(const Study& study, double effects, const decid::cohort::Settings& settings) {
+  const decid::cohort::Result found = decid::cohort::analyse(study.recordings, fractions_of_ranges(), settings);
   const decid::GroupComparison t_test = decid::compare_groups(study.means, count);
   const double unchanged = effects == 0.0 ? count : static_cast<double>(std::ranges::count(effect, 0.0));
   Figures one;
@@ -243,13 +248,18 @@ Figures figures_of(int studies, double effects, int draws, const std::function<S
 
 constexpr int long_studies = 200, long_draws = 400;
 
-/// 200 studies: 1,400 intervals. Bounds are those of docs/guide/groups.md.
+/// 200 studies: 1,400 intervals, 1,000 of them of parameters that do not differ in studies with differences. The bound
+/// of false alarms is 2.9 standard deviations of 1,000. In skew fits the model finds 3.5 points less than the t-test
+/// (docs/guide/groups.md), so its bound is 5.
 void check_long(double effects, const Figures& figures) {
   CHECK(figures.covered >= 0.93);
   CHECK(figures.covered <= 0.97);
-  CHECK(figures.alarms <= 0.06);
+  CHECK(figures.alarms <= 0.07);
+  // The simultaneous intervals of a study hold together with 95%: with that rate, 18 of 200 studies or more have a
+  // probability of 1.2%.
+  CHECK(figures.family <= 0.085);
   for (std::size_t p = 0; effects > 0.0 && p < count; ++p)
-    if (effect[p] != 0.0) CHECK(figures.found[p] >= figures.t_found[p] - 0.01);
+    if (effect[p] != 0.0) CHECK(figures.found[p] >= figures.t_found[p] - 0.05);
 }
 
 void measure(int participants, double effects, bool skew = false) {
@@ -286,11 +296,12 @@ TEST_CASE("cohort: 200 studies, network, Kp and delay differ" * doctest::test_su
   measure_network(20, 1.0);
 }
 
-// decid power for the network's values, against t-tests of other simulated studies: 600 of them have a standard error
-// of 2.0 points at most, the prediction about 1. The bound of four of both is 0.09; docs/guide/groups.md has the
-// figures.
+// decid power for the network's values, against t-tests of other simulated studies: 4,000 of them have a standard error
+// of 0.8 points at most, the prediction from 16,000 recordings of 0.8 too, so the bound is 2.7 standard deviations.
+// decid power simulates 2,000 recordings by default, whose prediction has a standard error of 2.3 points.
+// docs/guide/groups.md has the figures.
 TEST_CASE("cohort: predicted power of the network's values" * doctest::test_suite("long")) {
-  constexpr int studies = 600, participants = 12;
+  constexpr int studies = 4000, participants = 12;
   Values found{};
   for (const Study& study : read_by_network(studies, participants, 1.0)) {
     const decid::GroupComparison t_test = decid::compare_groups(study.means, count);
@@ -305,7 +316,7 @@ TEST_CASE("cohort: predicted power of the network's values" * doctest::test_suit
     groups.difference[p] = effect[p] * table[p].range();
     groups.participant_sd[p] = participant_sd[p] * table[p].range();
   }
-  const decid::cohort::ValueSpread spread = decid::cohort::spread_of_network(model, model.protocol, groups, 500, 1);
+  const decid::cohort::ValueSpread spread = decid::cohort::spread_of_network(model, model.protocol, groups, 4000, 1);
   for (std::size_t p = 0; p < count; ++p) {
     if (effect[p] == 0.0) continue;
     decid::cohort::PowerDesign design{.participants = participants};
@@ -313,7 +324,7 @@ TEST_CASE("cohort: predicted power of the network's values" * doctest::test_suit
     design.measurement_sd = spread.measurement_sd[p];
     const double predicted = decid::cohort::power_of(design, groups.difference[p]);
     MESSAGE(table[p].name << ": predicted " << predicted << ", t-test of " << studies << " studies " << found[p]);
-    CHECK(std::abs(predicted - found[p]) < 0.09);
+    CHECK(std::abs(predicted - found[p]) < 0.03);
   }
 }
 
@@ -325,4 +336,23 @@ TEST_CASE("cohort: short form of the studies" * doctest::test_suite("slow")) {
   CHECK(figures.covered > 0.95 - 0.08);
   CHECK(figures.alarms < 0.05 + 0.08);
   CHECK(figures.found[0] + figures.found[count - 1] > 0.6);
+}
+
+// The network hardly reads Kp_pass: the mean of its values shows less than half of a difference. The hierarchical model
+// must show all of it. Three standard errors of the posterior: one seed in 400 fails.
+TEST_CASE("cohort: a difference of Kp_pass that the network shrinks is found whole" * doctest::test_suite("slow")) {
+  constexpr double truth = -0.3;  // controls less patients
+  const Values differing{0.0, 0.0, -truth, 0.0, 0.0, 0.0, 0.0};
+  const Study study = read_by_network(1, 150, 1.0, differing).front();
+  decid::cohort::Settings settings;
+  settings.chains = 2;
+  settings.draws = 400;
+  const decid::cohort::Result found = decid::cohort::analyse(study.recordings, fractions_of_ranges(), settings);
+  const decid::cohort::Quantity& difference = found.comparisons.at(0).effects[decid::sim::Kp_pass].difference;
+  const decid::GroupComparison t_test = decid::compare_groups(study.means, count);
+  const double shown = t_test.pairs.at(0).parameters[decid::sim::Kp_pass].difference;
+  MESSAGE("found " << difference.mean << " +- " << difference.sd << ", the values show " << shown);
+  CHECK(std::abs(difference.mean - truth) < 3.0 * difference.sd);
+  CHECK(std::abs(shown) < 0.5 * std::abs(truth));
+  CHECK(std::abs(shown - truth) > 3.0 * difference.sd);
 }

@@ -206,6 +206,64 @@ std::string cohort_text(const cohort::Result& found, const sim::ParameterTable& 
   return text;
 }
 
+/// Returns the reliability of the pairs of groups that have the same people.
+std::string reliability_text(const Report& report, const sim::ParameterTable& table) {
+  const GroupComparison& compared = report.groups->comparison;
+  const std::vector<std::string> labels = row_labels(table);
+  std::string text;
+  for (std::size_t i = 0; i < report.groups->reliability.size(); ++i) {
+    const auto& of_pair = report.groups->reliability[i];
+    if (of_pair.empty()) continue;
+    const GroupPair& pair = compared.pairs[i];
+    text += "  " + one_line(compared.groups[pair.first].name) + " and " + one_line(compared.groups[pair.second].name) +
+            ": " + people_text(pair.participants[0]) + " in both\n" +
+            headings(labels, format(" %9s %15s %10s %10s %8s", "ICC(2,1)", "95% interval", "SEM", "MDC", "shown"));
+    for (std::size_t p = 0; p < table.size(); ++p) {
+      if (!of_pair[p]) continue;
+      const cohort::Reliability& found = *of_pair[p];
+      const std::string icc_interval =
+          number_text(found.icc_single95[0], "%.2f") + " to " + number_text(found.icc_single95[1], "%.2f");
+      text +=
+          format("    %s %9s %15s %10s %10s %8s\n", labels[p].c_str(), number_text(found.icc_single, "%.2f").c_str(),
+                 icc_interval.c_str(), number_text(found.standard_error, "%.3g").c_str(),
+                 number_text(found.minimal_detectable_change, "%.3g").c_str(),
+                 number_text(100.0 * found.shown_fraction, "%.0f%%").c_str());
+    }
+  }
+  if (text.empty()) return text;
+  return "Repeated visits: how reliable is a value?\n" + text +
+         "  SEM: standard error of measurement. MDC: minimal detectable change of the printed values. These show only "
+         "a "
+         "part\n  of a person's change: decid detects a true change above MDC / shown.\n";
+}
+
+/// Returns each person's changes, with a star where the 95% interval excludes 0.
+std::string changes_text(const cohort::Result& found, const sim::ParameterTable& table) {
+  if (found.changes.empty()) return {};
+  std::size_t width = 0;
+  for (const cohort::Change& change : found.changes)
+    width = std::max(width, one_line(found.visits[change.first].participant).size());
+  std::string text =
+      "Changes of each person, hierarchical model (* the 95% interval excludes 0; else within "
+      "measurement error):\n";
+  std::size_t comparison = found.comparisons.size();
+  for (const cohort::Change& change : found.changes) {
+    if (change.comparison != comparison) {
+      comparison = change.comparison;
+      text += "  " + difference_name(found, found.comparisons[comparison]) + "\n    " + std::string(width, ' ');
+      for (const sim::ParameterInfo& info : table) text += format(" %12s", info.name.c_str());
+      text += "\n";
+    }
+    std::string name = one_line(found.visits[change.first].participant);
+    name.resize(width, ' ');
+    text += "    " + name;
+    for (std::size_t p = 0; p < table.size(); ++p)
+      text += format(" %12s", format(change.changed(p) ? "*%.3g" : "%.3g", change.difference[p].mean).c_str());
+    text += "\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string verdicts_text(const Report& report) {
@@ -236,7 +294,10 @@ std::string groups_text(const Report& report) {
         "  %zu parameters were compared%s: %zu adjusted intervals (Bonferroni), with a joint coverage of at least "
         "95%%.\n",
         parameters.size(), pairs.c_str(), found.intervals);
-  if (report.groups->hierarchical) text += cohort_text(*report.groups->hierarchical, parameters);
+  text += reliability_text(report, parameters);
+  if (report.groups->hierarchical)
+    text +=
+        cohort_text(*report.groups->hierarchical, parameters) + changes_text(*report.groups->hierarchical, parameters);
   return text + without_distribution_text(report) + left_out_text(report);
 }
 

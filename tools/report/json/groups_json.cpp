@@ -121,10 +121,15 @@ Json cohort_json(const Report& report) {
           {"changes", std::move(changes)}};
 }
 
+Json interval_json(const std::array<double, 2>& interval) {
+  return {number_or_null(interval[0]), number_or_null(interval[1])};
+}
+
 /// Returns the reliability of each pair of groups with participants in both:
 ///   [{"groups": [a, b], "participants", "parameters": [{"name", "icc_single", "icc_single_interval95", "icc_average",
 ///     "icc_average_interval95", "standard_error", "minimal_detectable_change", "participant_sd", "visit_sd",
-///     "measurement_sd", "within_participant_sd"}]}]
+///     "measurement_sd", "within_participant_sd", "shown_fraction"}]}]
+/// An ICC or an end of its interval is null where cohort::Reliability has none.
 Json reliability_json(const Report& report) {
   Json list = Json::array();
   if (!report.groups) return list;
@@ -139,10 +144,10 @@ Json reliability_json(const Report& report) {
                     {"parameters", each_parameter(parameters, [&](std::size_t p, Json& one) {
                        if (!of_pair[p]) return;
                        const cohort::Reliability& found = *of_pair[p];
-                       one["icc_single"] = found.icc_single;
-                       one["icc_single_interval95"] = found.icc_single95;
-                       one["icc_average"] = found.icc_average;
-                       one["icc_average_interval95"] = found.icc_average95;
+                       one["icc_single"] = number_or_null(found.icc_single);
+                       one["icc_single_interval95"] = interval_json(found.icc_single95);
+                       one["icc_average"] = number_or_null(found.icc_average);
+                       one["icc_average_interval95"] = interval_json(found.icc_average95);
                        one["standard_error"] = found.standard_error;
                        one["minimal_detectable_change"] = found.minimal_detectable_change;
                        one["participant_sd"] = found.participant_sd;
@@ -163,10 +168,6 @@ Json group_json(const Group& group, const sim::ParameterTable& parameters) {
              one["mean"] = number_or_null(group.parameters[p].mean);
              one["sd"] = number_or_null(group.parameters[p].sd);
            })}};
-}
-
-Json interval_json(const std::array<double, 2>& interval) {
-  return {number_or_null(interval[0]), number_or_null(interval[1])};
 }
 
 Json pair_json(const GroupPair& pair, const std::vector<Group>& groups, const sim::ParameterTable& parameters) {

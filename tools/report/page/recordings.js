@@ -237,6 +237,38 @@ function covariateTable({ name, mean, unknown, parameters }) {
     element("tbody", {}, ...rows))));
 }
 
+// Draws how far the values of two visits of the same people agree.
+function reliabilityTable({ groups, participants, parameters }) {
+  const rows = parameters.filter(parameter => !absent(parameter.standard_error)).map(parameter => {
+    const shown = shownAs(parameter), inUnit = value => compact(shown.factor * value), interval = parameter.icc_single_interval95;
+    return element("tr", {}, nameCell(shown), cell("ICC(2,1)", fixed(parameter.icc_single, 2)), cell("95%", interval.every(absent) ? "\u2013" : between(interval, 2)),
+      cell("SEM", inUnit(parameter.standard_error)), cell("MDC", inUnit(parameter.minimal_detectable_change)), cell("Shown", percent(parameter.shown_fraction)));
+  });
+  return element("div", {}, element("h3", {}, `${groups[0]} and ${groups[1]}, reliability`), element("div", { class: "scroll" }, element("table", { class: "answer compared reliability" },
+    element("caption", {}, `${peopleText(participants)} in both. SEM: standard error of measurement. MDC: minimal detectable change of the values above. These show only a part of a ` +
+      "person\u2019s change: decid detects a true change above MDC / shown."),
+    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), ...["ICC(2,1)", "95% interval", "SEM", "MDC", "Shown"].map(numberHeading))),
+    element("tbody", {}, ...rows))));
+}
+
+// Draws each person's changes between the groups of every comparison within people.
+function changesTables() {
+  const changes = report.groups.hierarchical?.changes ?? [], nameOf = ({ groups }) => groups.join(" minus ");
+  return [...new Set(changes.map(nameOf))].map(name => {
+    const here = changes.filter(change => nameOf(change) === name), shown = here[0].parameters.map(shownAs);
+    const changeCell = ({ difference, interval95, changed }, p) => {
+      const { factor } = shown[p], decimals = decimalsOf(shown[p]), made = cell(shown[p].name, fixed(factor * difference, decimals));
+      made.append(" ", element("small", {}, between(interval95.map(value => factor * value), decimals)));
+      if (changed) made.classList.add("strong");
+      return made;
+    };
+    return element("div", {}, element("h3", {}, `${name}, each person`), element("div", { class: "scroll" }, element("table", { class: "recordings changes" },
+      element("caption", {}, "Each person\u2019s difference by the hierarchical model, with its 95% interval: bold where the interval leaves out 0, else within measurement error."),
+      element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Person"), ...shown.map(parameter => numberHeading(symbolAndUnit(parameter))))),
+      element("tbody", {}, ...here.map(({ participant_id: person, parameters }) => element("tr", {}, element("th", { scope: "row" }, person), ...parameters.map(changeCell)))))));
+  });
+}
+
 // Describes what counts as a person, and which recordings no comparison of groups includes.
 function groupNotes() {
   const { participant_column: column, left_out: out } = report.groups.group_comparison;
@@ -284,7 +316,7 @@ function contents(valueCell, last) {
   if (report.groups) nav.append(groupNotes(), ...report.groups.comparisons.map(comparisonTable),
     ...(report.groups.hierarchical?.comparisons ?? []).map(cohortTable),
     ...(report.groups.hierarchical?.interactions ?? []).map(interactionTable),
-    ...(report.groups.hierarchical?.covariates ?? []).map(covariateTable));
+    ...(report.groups.hierarchical?.covariates ?? []).map(covariateTable), ...report.groups.reliability.map(reliabilityTable), ...changesTables());
   if (sound().length > 2) nav.append(summaryTable());
   nav.append(recordingTable(valueCell, last));
   nav.hidden = false;

@@ -1,4 +1,5 @@
 // Groups of recordings as reported: text, JSON and page.
+#include <algorithm>
 #include <tuple>
 
 #include "base/error.hpp"
@@ -176,7 +177,15 @@ TEST_CASE("groups of recordings with distributions also have a hierarchical mode
   CHECK(found["reliability"][0]["parameters"][0]["icc_single"] == 1.0);  // the values agree exactly
   const std::string text = groups_text(report);
   CAPTURE(text);
-  CHECK(contains(text, "    delay, s "));         // rows have units
+  CHECK(contains(text, "    delay, s "));  // rows have units
+  CHECK(contains(text, "  a and b: 3 people in both\n"));
+  CHECK(contains(text, "    Kp, N m/rad             1.00    1.00 to 1.00          0          0"));
+  CHECK(contains(text, "\n    s0 "));  // a change that is found has a star: delay, not Kp
+  const std::string person = text.substr(text.find("\n    s0 "), text.find("\n    s1 ") - text.find("\n    s0 "));
+  CHECK(std::ranges::count(person, '*') ==
+        std::ranges::count_if(model["changes"][0]["parameters"],
+                              [](const Json& one) { return one["changed"].get<bool>(); }));
+  CHECK(std::ranges::count(person, '*') > 0);
   const std::string whole = report_text(report);  // the verdicts stand above the recordings
   CHECK(whole.starts_with("6 recordings: 6 usable\nDo the groups differ?"));
   CHECK(whole.find("Groups: mean") > whole.find("f ()"));
