@@ -10,6 +10,7 @@
 #include "base/number.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
+#include "identify/study/study_results.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/recording_flags.hpp"
 #include "tools/decid/results/results.hpp"
@@ -49,7 +50,7 @@ void add_recording(const StudyOptions& options, const Model& model, ModelStudy& 
                 "holds " + counted(std::ssize(sources), "recording") + " by --trial " + options.reading.trial +
                     ", but a study uses one",
                 "save that recording as a file of its own");
-  study.recording = std::move(identify_files(model, model_name(options.model), sources, reading).recordings.front());
+  study.recording = identify_plan(model, model_name(options.model), make_plan(sources, reading)).recordings.front();
   if (study.recording->error) throw *study.recording->error;
   const sim::Parameters of_model =
       for_body(model, model_name(options.model), reading.body).to_model(model, study.recording->estimate.parameters);
