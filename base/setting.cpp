@@ -3,6 +3,8 @@
 
 #include <atomic>
 
+#include "base/error.hpp"
+
 namespace decid {
 namespace {
 
@@ -17,6 +19,12 @@ std::string setting(std::string_view name) {
 
 void name_settings(std::string (*called)(std::string_view name)) {
   name_in_messages.store(called);
+}
+
+void require_at_least(const std::string& where, int value, int least) {
+  if (value < least)
+    throw Error(Code::setting_out_of_range, where, "is " + std::to_string(value),
+                "give " + std::to_string(least) + " or more");
 }
 
 }  // namespace decid

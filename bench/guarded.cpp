@@ -16,7 +16,7 @@
 #include "bench/nn/planes.hpp"
 #include "bench/sim/trials.hpp"
 #include "dataset/image/image.hpp"
-#include "identify/recordings.hpp"
+#include "identify/study/study_results.hpp"
 #include "identify/training/presets.hpp"
 #include "nn/predictor.hpp"
 #include "posterior/density/density.hpp"
@@ -198,7 +198,7 @@ void add_files(Guarded& all) {
   all["file/identify"] = []() -> Work {
     const auto file = std::make_shared<RecordedFile>();
     const auto model = std::make_shared<Model>(built_in_model());
-    return [file, model] { identify_files(*model, "the model", {file->path()}, {}); };
+    return [file, model] { identify_plan(*model, "the model", make_plan({file->path()}, {})); };
   };
 }
 

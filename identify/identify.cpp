@@ -138,11 +138,11 @@ void judge(const Model& model, const Estimate& estimate, const recording::Trial&
 
 }  // namespace
 
-Identifier::Identifier(const Model& model, ForBody body, std::size_t usually)
+Identifier::Identifier(const Model& model, ForBody body, std::size_t expected_at_once)
     : model_(model),
       body_(std::move(body)),
       explainer_(std::make_shared<const Explainer>(sim::Simulator(body_.protocol))),
-      at_once_(static_cast<int>(std::clamp(usually, std::size_t{1}, max_at_once))),
+      at_once_(static_cast<int>(std::clamp(expected_at_once, std::size_t{1}, max_at_once))),
       predictor_(model.network, at_once_) {}
 
 Identifier::Identifier(const Identifier& other)

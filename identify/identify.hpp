@@ -39,11 +39,11 @@ class Identifier {
 
   /// Identifies recordings of the model's own body.
   explicit Identifier(const Model& model) : Identifier(model, for_body(model, "the model", {})) {}
-  /// Identifies recordings of that body. usually: the usual number of recordings in a call of estimate(); the
+  /// Identifies recordings of that body. expected_at_once: the usual number of recordings in a call of estimate(); the
   /// constructor allocates memory for them.
-  Identifier(const Model& model, ForBody body, std::size_t usually = max_at_once);
+  Identifier(const Model& model, ForBody body, std::size_t expected_at_once = max_at_once);
   explicit Identifier(Model&& model) = delete;
-  Identifier(Model&& model, ForBody body, std::size_t usually = max_at_once) = delete;
+  Identifier(Model&& model, ForBody body, std::size_t expected_at_once = max_at_once) = delete;
   Identifier(const Identifier& other);
   Identifier& operator=(const Identifier&) = delete;
 

@@ -88,13 +88,4 @@ Report make_report(const Identifier& identifier) {
   return report;
 }
 
-Report identify_files(const Model& model, const std::string& name, const std::vector<RecordingSource>& sources,
-                      const ReadOptions& options) {
-  Identifier identifier(model, for_body(model, name, options.body), sources.size());
-  Report report = make_report(identifier);
-  report.recordings = read_recordings(model.protocol, sources, options);
-  identifier.identify(report.recordings);
-  return report;
-}
-
 }  // namespace decid

@@ -57,9 +57,4 @@ std::vector<RecordingResult> read_recordings(const sim::Protocol& protocol, cons
 /// Returns a report without recordings, with the common values of an identifier's recordings.
 Report make_report(const Identifier& identifier);
 
-/// Reads, identifies and explains recordings; `name`: the model's name in errors. Throws Error for a body outside the
-/// model's range (for_body.hpp).
-Report identify_files(const Model& model, const std::string& name, const std::vector<RecordingSource>& sources,
-                      const ReadOptions& options);
-
 }  // namespace decid

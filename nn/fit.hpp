@@ -4,7 +4,7 @@
 //   const nn::Samples samples(images, labels, count);                             // 2. values one after the other
 //   const nn::FitLog log = nn::fit(net, samples, {.loss = nn::cross_entropy()});  // 3. epochs and validation
 //   const std::vector<float> outputs = nn::predict(net, others);                  // 4. any number of samples
-//   nn::write_network(net, "net.safetensors");                                    // 5. nn::read_network() reads it
+//   nn::write_network(net, "net.safetensors");                                    // 5. of nn/network_file.hpp
 //
 // The input shape is {channels, rows, columns}.
 //

@@ -10,6 +10,7 @@
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
 #include "base/parallel.hpp"
+#include "base/setting.hpp"
 #include "posterior/sampling/detail/chain_group.hpp"
 #include "posterior/sampling/diagnostics.hpp"
 
@@ -17,17 +18,14 @@ namespace decid::posterior {
 namespace {
 
 constexpr int min_judged_draws = 4;  // draws per chain
-constexpr double agreeing_rhat = 1.05, agreeing_draws = 100.0;
 constexpr double repeating_rhat = 1.2;  // chains' means vary by 0.44 of the variance within them
 // Draws of all chains together contain the chains' differences. Up to this R-hat they err less than the network does
 // (docs/research/posterior.md).
 constexpr double apart_rhat = 1.5;
 
 void check(const Settings& settings) {
-  const auto at_least = [](const char* setting, int value, int least) {
-    if (value < least)
-      throw Error(Code::setting_out_of_range, std::string("posterior, ") + setting, "is " + std::to_string(value),
-                  "give " + std::to_string(least) + " or more");
+  const auto at_least = [](const std::string& setting, int value, int least) {
+    require_at_least("posterior, " + setting, value, least);
   };
   at_least("groups", settings.groups, 1);
   at_least("annealing_transitions", settings.annealing_transitions, 1);
@@ -129,8 +127,7 @@ double Posterior::correlation(int a, int b) const {
 }
 
 bool Posterior::agreed() const {
-  return !rhat_.empty() && std::ranges::all_of(rhat_, [](double value) { return value <= agreeing_rhat; }) &&
-         std::ranges::all_of(effective_, [](double value) { return value >= agreeing_draws; });
+  return chains_agree(rhat_, effective_);
 }
 
 double Posterior::max_rhat() const {

@@ -65,7 +65,7 @@ class Simulator {
   /// call.
   using Finished = std::function<void(int index, const Outcome& outcome, std::span<double> sway_rad)>;
   /// Simulates make_trial(0) .. make_trial(count - 1) on OpenMP's threads, with the bits of run(). Larger calls fill
-  /// the lanes better: give hundreds of trials. Throws the errors of run(), trial_of and finished.
+  /// the lanes better: give hundreds of trials. Throws the errors of run(), make_trial and finished.
   void run_all(int count, const TrialOf& make_trial, const Finished& finished) const;
 
   /// Makes an attempt at trial `index`: 0, 1, ...

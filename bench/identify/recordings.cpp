@@ -2,7 +2,7 @@
 // It reads the file, makes the image, runs the built-in network, re-simulates the result and warns of what is
 // unusual; the program's start and its output are not in it. The operations that count are those of the network and of
 // the six trials simulated, at the peak of floats.
-#include "identify/recordings.hpp"
+#include "identify/study/study_results.hpp"
 
 #include <benchmark/benchmark.h>
 #include <omp.h>
@@ -28,7 +28,7 @@ void identify_file(benchmark::State& state) {
   for (auto _ : state) {
     peak.measure();
     const double start = bench::cpu_seconds();
-    benchmark::DoNotOptimize(identify_files(model, "the model", {file.path()}, {}));
+    benchmark::DoNotOptimize(identify_plan(model, "the model", make_plan({file.path()}, {})));
     times.push_back(bench::cpu_seconds() - start);
     state.SetIterationTime(times.back());
   }

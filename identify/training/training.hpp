@@ -73,7 +73,8 @@ struct Evaluation {
   double mse() const;
   double matlab_loss() const { return 0.5 * static_cast<double>(mse_per_parameter.size()) * mse(); }
 };
-/// Compares `scores` (see scores_of) with the trials' true parameters.
+/// Compares the network's outputs, z-scores of the parameters of one trial after another, with the trials' true
+/// parameters.
 Evaluation evaluate(const dataset::TargetScaling& targets, std::span<const float> scores,
                     std::span<const sim::Parameters> truth);
 

@@ -130,10 +130,10 @@ struct Kernels {
   void (*max_pool_backward)(const PoolShape&, BlockView<const T> src, BlockView<const T> diff_dst,
                             BlockView<T> diff_src);
 
-  /// For each lane: mean = (chain of additions over the plane, row by row) * (1 / its values); deviation = the square
+  /// For each lane: mean = (chain of additions over the plane, row by row) * (1 / its values); stddev = the square
   /// root of fma(chain of squares of value - mean, 1 / its values, epsilon).
   void (*statistics_pool_forward)(Plane<const T> src, T epsilon, T* mean, T* stddev);
-  /// diff_src = fma(diff_deviation * (1 / values) / deviation, src - mean, diff_mean * (1 / values)).
+  /// diff_src = fma(diff_stddev * (1 / values) / stddev, src - mean, diff_mean * (1 / values)).
   void (*statistics_pool_backward)(Plane<const T> src, const T* mean, const T* stddev, const T* diff_mean,
                                    const T* diff_stddev, Plane<T> diff_src);
 

@@ -17,7 +17,7 @@ namespace {
 
 using sim::Complex;
 
-constexpr double agreeing_rhat = 1.05, agreeing_draws = 100.0, unlikely = 0.01;
+constexpr double unlikely = 0.01;
 // No controller of the model explains a table that is this far from all of them.
 constexpr double impossible = 1e-6, max_left = 0.2;
 constexpr std::size_t prior_draws = 4096;
@@ -113,8 +113,7 @@ double Fit::contraction(int quantity) const {
 }
 
 bool Fit::agreed() const {
-  return std::ranges::all_of(rhat_, [](double value) { return value <= agreeing_rhat; }) &&
-         std::ranges::all_of(effective_, [](double value) { return value >= agreeing_draws; });
+  return posterior::chains_agree(rhat_, effective_);
 }
 
 void Fit::predict(const Density& density, const std::vector<State>& states) {

@@ -10,6 +10,7 @@
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
 #include "base/parallel.hpp"
+#include "base/setting.hpp"
 #include "posterior/sampling/diagnostics.hpp"
 #include "posterior/streams.hpp"
 
@@ -27,10 +28,8 @@ constexpr std::size_t max_coordinates = 28;
 constexpr std::uint64_t numbers_per_transition = 32;  // random numbers
 
 void check(std::size_t size, const SmcSettings& settings) {
-  const auto at_least = [](const char* setting, int value, int least) {
-    if (value < least)
-      throw Error(Code::setting_out_of_range, std::string("particles, ") + setting, "is " + std::to_string(value),
-                  "give " + std::to_string(least) + " or more");
+  const auto at_least = [](const std::string& setting, int value, int least) {
+    require_at_least("particles, " + setting, value, least);
   };
   at_least("population", settings.population, settings.chains);
   at_least("stage_transitions", settings.stage_transitions, 1);

@@ -2,6 +2,7 @@
 // Bayesian Analysis 16, 2021; Betancourt, arXiv:1604.00695 (energy).
 #pragma once
 
+#include <span>
 #include <vector>
 
 namespace decid::posterior {
@@ -29,5 +30,9 @@ double tail_effective_draws(const ChainDraws& chains);
 /// small to cross the energies of the distribution. NaN if a chain's energy does not vary. energy: at each transition's
 /// start, momentum included.
 double energy_fraction(const ChainDraws& energy);
+
+/// Returns true if the R-hat of no quantity is above 1.05 and each has at least 100 effective draws; false without
+/// quantities.
+bool chains_agree(std::span<const double> rhat, std::span<const double> effective_draws);
 
 }  // namespace decid::posterior

@@ -1,4 +1,5 @@
-"""Writes docs/reference/command-line.md from `decid --help` and the help of each command, or checks that it is current."""
+"""Writes docs/reference/command-line.md from `decid --help` and the help of each command, or checks that it is current. Refuses
+a command with an option that stands in no group of options, or with fewer than three examples."""
 
 import argparse
 import pathlib
@@ -18,7 +19,14 @@ this page. [Results](../guide/results.md#what-do-exit-codes-and-files-tell-a-scr
 def help_of(decid, *command):
     done = subprocess.run([decid, *command, "--help"], check=True, stdout=subprocess.PIPE, encoding="utf-8")
     # The number of threads that a machine has, and how a program was started, are not the page's.
-    return "\n".join(line.rstrip() for line in done.stdout.strip().splitlines())
+    text = "\n".join(line.rstrip() for line in done.stdout.strip().splitlines())
+    ungrouped = re.findall(r"^  (?:-\w,)?(--[\w-]+)", text.partition("\nOptions:\n")[2].partition("\n\n")[0], re.MULTILINE)
+    ungrouped = [option for option in ungrouped if option not in ("--help", "--version")]
+    if ungrouped:
+        sys.exit(f"decid {' '.join(command)}: {', '.join(ungrouped)} in no group of options (Command::section)")
+    if len(re.findall("^  .*decid ", text.partition("\nExamples:\n")[2], re.MULTILINE)) < 3:
+        sys.exit(f"decid {' '.join(command)}: fewer than three examples (Command::footer)")
+    return text
 
 
 def page_of(decid):

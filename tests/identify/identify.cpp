@@ -10,7 +10,7 @@
 #include "base/files/file.hpp"
 #include "base/text.hpp"
 #include "dataset/sets/dataset.hpp"
-#include "identify/recordings.hpp"
+#include "identify/study/study_results.hpp"
 #include "tests/helpers.hpp"
 
 namespace decid {
@@ -107,7 +107,7 @@ TEST_CASE("identify: files go the same way") {
     columns[1].push_back(sway[k]);
   }
   write_file(folder / "sway.csv", csv({"time", "sway_rad"}, columns, 17));
-  const Report read = identify_files(model(), "m", {folder / "sway.csv", folder / "nothing.csv"}, {});
+  const Report read = identify_plan(model(), "m", make_plan({folder / "sway.csv", folder / "nothing.csv"}, {}));
   REQUIRE(read.recordings.size() == 2);
   const RecordingResult& found = read.recordings.front();
   REQUIRE(!found.error);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "identify/study/study_results.hpp"
 #include "identify/training/presets.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
@@ -43,7 +44,7 @@ RecordingResult identified(const Model& model, double scale, double offset_deg) 
   file.close();
   ReadOptions options;
   options.recording.rate_hz = 100.0;
-  const std::vector<RecordingResult> all = identify_files(model, "m", {folder / "r.csv"}, options).recordings;
+  const std::vector<RecordingResult> all = identify_plan(model, "m", make_plan({folder / "r.csv"}, options)).recordings;
   REQUIRE(all.size() == 1);
   REQUIRE_FALSE(all[0].error);
   return all[0];

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Fails on a comment or a message of a source that has a word or an opening which CONTRIBUTING.md avoids, and on an
-elementary function of the system's library in a folder whose results have the same bits on every machine.
+"""Fails on a comment or a message of a source that has a word or an opening which CONTRIBUTING.md avoids, on a comment that
+names a source which does not exist, and on an elementary function of the system's library in a folder whose results have the same bits on every machine.
 
     tests/layout/source_words.py [ROOT]
 
@@ -20,6 +20,8 @@ OWN = ("tests/docs/words.py", "tests/docs/test_check_docs.py", "tests/layout/tes
 LIBRARY_FUNCTION = re.compile(r"std::(pow|exp|log|sin|cos|atan2|hypot|arg)\(")  # base/math/math.hpp has decid's own
 SAME_BITS = ("base", "sim", "nn", "dataset", "posterior", "identify", "recording")
 SYSTEM_BITS = ()  # files of these folders that may call the system's, each with the reason
+NAMED = re.compile(r"(?<![\w/.<*-])[A-Za-z_][\w/-]*\.(?:hpp|cpp|cmake|py|js)\b(?![\w(/.-]\w)")
+EXAMPLES = ("tests/docs/", "tests/layout/")  # comments of these folders name sources that are not the project's
 MESSAGE = re.compile(r'"((?:[^"\\]|\\.)*)"')
 
 
@@ -68,6 +70,20 @@ def library_functions(path, text):
             yield number, f"std::{name} has other bits on other machines: use decid::{name} or sqrt (base/math/math.hpp)"
 
 
+def path_ends(sources):
+    """The names by which a comment may call sources: nn/layers/conv.hpp, layers/conv.hpp, conv.hpp."""
+    return {"/".join(parts[i:]) for parts in (source.split("/") for source in sources) for i in range(len(parts))}
+
+
+def missing_files(text, ends):
+    """Yields the line number and the complaint of each source that a comment names and that is not among path_ends()."""
+    for number, line in enumerate(text.splitlines(), 1):
+        comment = COMMENT.match(line)
+        for name in NAMED.findall(comment["text"]) if comment else ():
+            if name not in ends:
+                yield number, f"there is no {name}"
+
+
 def main(root):
     kinds = ["*.cpp", "*.hpp", "*.c", "*.h", "*.js", "*.py", "*.sh", "*.m"]
     files = subprocess.run(["git", "ls-files", *kinds], cwd=root, check=True, capture_output=True, text=True).stdout.split()
@@ -75,6 +91,9 @@ def main(root):
              for number, passage in passages(with_slashes((root / path).read_text(), Path(path).suffix)) for complaint in complaints(passage)]
     found += [f"{path}:{number}: {complaint}" for path in files if (root / path).exists() and Path(path).suffix in (".cpp", ".hpp")
               for number, complaint in library_functions(path, (root / path).read_text())]
+    ends = path_ends(subprocess.run(["git", "ls-files"], cwd=root, check=True, capture_output=True, text=True).stdout.split())
+    found += [f"{path}:{number}: {complaint}" for path in files if (root / path).exists() and not path.startswith(EXAMPLES)
+              for number, complaint in missing_files(with_slashes((root / path).read_text(), Path(path).suffix), ends)]
     for complaint in found:
         print(complaint, file=sys.stderr)
     print(f"words: {len(found)} complaints")

@@ -35,6 +35,12 @@ class Words(unittest.TestCase):
         self.assertEqual(list(words.library_functions("tests/sim/frf.cpp", call)), [])
         self.assertEqual(list(words.library_functions("sim/frf.cpp", "decid::exp(x); std::sqrt(x); std::log2(x);  // std::exp(x)")), [])
 
+    def test_a_source_that_a_comment_names_exists(self):
+        ends = words.path_ends(["sim/fft.hpp", "sim/fft.cpp"])
+        self.assertEqual(list(words.missing_files("// See fft.hpp and sim/fft.cpp.\nf();  // as nn/fft.hpp", ends)),
+                         [(2, "there is no nn/fft.hpp")])
+        self.assertEqual(list(words.missing_files('#include "nn/a.hpp"\n// of <a.hpp>, */a.hpp', ends)), [])
+
     def test_an_address_is_no_comment(self):
         self.assertEqual(found('f("https://example.org/anew");'), [])
 

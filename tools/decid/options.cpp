@@ -200,8 +200,12 @@ void Program::parse(int argc, char** argv) const {
       app_->exit(error);
       return;
     }
-    const std::vector<CLI::App*> commands = app_->get_subcommands();
-    throw UsageError{message_of(error), commands.empty() ? std::string() : commands.back()->get_name()};
+    std::string command;
+    for (std::vector<CLI::App*> given = app_->get_subcommands(); !given.empty();) {
+      command += (command.empty() ? "" : " ") + given.back()->get_name();
+      given = given.back()->get_subcommands();
+    }
+    throw UsageError{message_of(error), command};
   }
 }
 

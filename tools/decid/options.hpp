@@ -88,7 +88,7 @@ class Command {
 /// An error in the arguments of a call.
 struct UsageError {
   std::string message;
-  std::string command;  ///< the command of the call; empty if there was none
+  std::string command;  ///< of the call, with its subcommands: "export sway"; empty if there was none
 };
 
 class Program {

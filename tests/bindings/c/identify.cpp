@@ -3,7 +3,7 @@
 #include <thread>
 
 #include "base/text.hpp"
-#include "identify/recordings.hpp"
+#include "identify/study/study_results.hpp"
 #include "nn/safetensors.hpp"
 #include "sim/segments.hpp"
 #include "tests/bindings/c/owned.hpp"
@@ -82,7 +82,7 @@ void check_same(const decid_result* result, const Report& all) {
 }
 
 Report expected(const std::filesystem::path& path, const ReadOptions& options) {
-  return identify_files(built_in_model(), "the model", {path}, options);
+  return identify_plan(built_in_model(), "the model", make_plan({path}, options));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <string>
 #include <utility>
 #include <vector>
@@ -233,5 +234,24 @@ TEST_CASE("a model for bodies of many heights: trained, identified with, evaluat
   const std::string other = protocol("other.json", R"(, "body": {"participant": {"mass_kg": 60, "height_m": 1.65}})");
   run_ok("dataset --quiet --count 20 --seed 9" + other + " -o " + folder / "d.npz");
   CHECK(run_json("evaluate --json --data " + folder / "d.npz" + model).at("trials") == 20);
-  run_ok("study --quiet --trials 16 --realisations 3 --sensor-noise 0 -o " + folder / "study" + model);
+  // Positions of hip and shoulder, whose segments the body gives.
+  std::string header, text = "time,hip_mm,shoulder_mm\n";
+  for (const auto& row : read_csv(folder / "trial.csv", header))
+    text += decid::format("%.17g,%.17g,%.17g\n", row[0], 15 * row[1], 24 * row[1]);
+  write_text(folder / "markers.csv", text);
+  const std::string body = " --mass 60 --height 1.9";
+  const std::string markers = folder / "markers.csv" + " --hip hip_mm --shoulder shoulder_mm" + body + model;
+  const Json identified = first_recording("identify --json " + markers);
+  run_ok("export sway --quiet -o " + folder / "sway.bin " + markers);
+  const std::string bytes = read_text(folder / "sway.bin");
+  std::vector<float> sway_rad(bytes.size() / sizeof(float));
+  std::memcpy(sway_rad.data(), bytes.data(), bytes.size());
+  const auto [low, high] = std::ranges::minmax(sway_rad);
+  CHECK(
+      near((high - low) / decid::sim::rad_per_deg, identified.at("peak_to_peak_deg").get<double>(), 1e-5));  // float32
+  const std::string study = "study --quiet --json --trials 16 --realisations 3 --sensor-noise 0 -o " + folder / "study";
+  const Json studied = run_json(study + " --recording " + markers).at("recording").at("identified");
+  for (const Json& parameter : identified.at("parameters"))
+    CHECK(studied.at(parameter.at("name").get<std::string>()) == parameter.at("value"));
+  check_refused(study + body + model, "--mass");
 }

@@ -170,6 +170,7 @@ void add_export_c(const Command& parent) {
   add_output_option(command, "-o,--output", options->output, Written::folder,
                     "Write NAME.c and NAME.h to this folder, created if missing")
       .required();
+  command.section("Output");
   command.add_option("--name", options->name, "Name the files and functions; default: the model file's name");
   command.add_flag("--incremental", options->firmware.incremental,
                    "Add functions that take samples as they arrive and spread the work");
@@ -329,10 +330,11 @@ void export_controller(ControllerOptions options, const Command& command) {
 void add_export_controller(const Command& parent) {
   auto options = std::make_shared<ControllerOptions>();
   const Command command = parent.add_subcommand("controller", "Write a posture controller as one C file");
+  command.section("Input");
   command.add_option("result", options->result,
                      "Use the estimates in this result of decid identify -o; default: the middle of every range");
   command.add_option("--recording", options->recording, "Use this recording of the result, counted from 1");
-  command.add_flag("--force", options->force, "Accept estimates that are not usable, and an unstable loop");
+  command.section("Controller");
   add_controller_option(command, options->controller,
                         "Write this controller (decid info --controllers); default: the result's or the protocol's");
   options->parameters.add(command, [](const sim::BodyModel& model, std::size_t i) {
@@ -340,6 +342,7 @@ void add_export_controller(const Command& parent) {
     const sim::ParameterInfo& info = model.parameters[i];
     return "Use this " + in_sentence(info) + (info.unit == "1" ? "" : " in " + info.unit) + " instead of the estimate";
   });
+  command.section("Input");
   const Option protocol =
       command.add_option("--protocol", options->protocol,
                          "Use this protocol's tilt for the self-test, and its body, which must be the "
@@ -361,12 +364,15 @@ void add_export_controller(const Command& parent) {
                   "Set its moment of inertia in kg m2 about the ankles; default: scaled from the result's body")
       .excludes(scale_to);
   scale_to.excludes(protocol);
-  command.add_option("--step", options->step_s,
-                     "Set the time in s from call to call, 0.0005 to 0.01, with a whole number of calls per second");
-  command.add_option("--name", options->name, "Name the files and functions");
+  command.section("Output");
   add_output_option(command, "-o,--output", options->output, Written::folder,
                     "Write NAME.c and NAME.h to this folder, created if missing")
       .required();
+  command.add_option("--step", options->step_s,
+                     "Set the time in s from call to call, 0.0005 to 0.01, with a whole number of calls per second");
+  command.add_option("--name", options->name, "Name the files and functions");
+  command.add_flag("--force", options->force, "Accept estimates that are not usable, and an unstable loop")
+      .section("Advanced");
   command.footer(
       "Examples:\n"
       "  decid export controller result.json -o firmware\n"
@@ -383,7 +389,8 @@ struct SwayOptions {
 };
 
 void export_sway(SwayOptions options) {
-  const ReadOptions reading = options.recordings.read_options();
+  ReadOptions reading = options.recordings.read_options();
+  reading.body = options.recordings.body();
   options.recordings.find_sources({options.model, options.output}, options.common.quiet);
   std::vector<std::string> inputs = options.recordings.distinct_files();
   inputs.push_back(options.model);
@@ -409,6 +416,8 @@ void add_export_sway(const Command& parent) {
   const Command command = parent.add_subcommand(
       "sway", "Write recordings as firmware input: float32 in rad at the model's rate, little-endian");
   add_recording_flags(command, options->recordings).required();
+  add_body_options(command, options->recordings);
+  command.section("Model");
   command.add_option("--model", options->model,
                      "Use the rate and protocol of this model file; default: the built-in model");
   add_output_option(command, "-o,--output", options->output, Written::samples, "Write the samples to this file")
@@ -417,7 +426,8 @@ void add_export_sway(const Command& parent) {
       "Examples:\n"
       "  decid export sway trial.csv -o sway.bin\n"
       "  decid export sway trial.csv --model models/firmware.safetensors -o sway.bin\n"
-      "  decid export sway trial.csv --column COM_x --unit rad -o sway.bin");
+      "  decid export sway trial.csv --column COM_x --unit rad -o sway.bin\n"
+      "  decid export sway trial.c3d --hip HIP_x --shoulder ACROMION_x --mass 70 --height 1.75 -o sway.bin");
   run_with(command, options, false, export_sway);
 }
 

@@ -35,6 +35,11 @@
 namespace decid::tools {
 namespace {
 
+/// Texts of --range, --prior and --fix: NAME=LOW,HIGH, NAME=MEAN,SD and NAME=VALUE.
+struct PriorTexts {
+  std::vector<std::string> ranges, normals, fixed;
+};
+
 struct FitOptions {
   CommonOptions common;
   RecordingFlags recordings;
@@ -44,8 +49,8 @@ struct FitOptions {
   std::string joint, free;  ///< columns of the sheet; free: NAME,..:COLUMN
   bool resume = false;
   std::optional<double> amplitude_deg, prior_error, prior_gain;
-  std::vector<std::string> ranges, priors, fixed;  ///< of parameters: NAME=LOW,HIGH, NAME=MEAN,SD and NAME=VALUE
-  std::string controllers;                         ///< names, separated by commas
+  PriorTexts priors;
+  std::string controllers;  ///< names, separated by commas
   std::string objective = "posterior";
   FitRequest request;
 };
@@ -102,16 +107,16 @@ struct NamedNumbers {
 };
 
 /// Returns the priors that --range, --prior and --fix give for the parameters. Throws Error naming the option.
-std::vector<posterior::ParameterPrior> parameter_priors(const FitOptions& options, const sim::ParameterTable& table) {
+std::vector<posterior::ParameterPrior> parameter_priors(const PriorTexts& texts, const sim::ParameterTable& table) {
   using posterior::ParameterPrior;
   std::vector<ParameterPrior> all;
   const auto prior_of = [&](const std::string& name) -> ParameterPrior& {
     const auto found = std::ranges::find(all, name, &ParameterPrior::name);
     return found != all.end() ? *found : all.emplace_back(ParameterPrior{.name = name});
   };
-  const auto read = [&](const std::vector<std::string>& texts, std::size_t count, const char* option, const char* form,
-                        auto member, const auto& value_of) {
-    for (const std::string& text : texts) {
+  const auto read = [&](const std::vector<std::string>& of_option, std::size_t count, const char* option,
+                        const char* form, auto member, const auto& value_of) {
+    for (const std::string& text : of_option) {
       const NamedNumbers given(text, count, option, form, table);
       auto& value = prior_of(given.name).*member;
       if (value) throw Error(Code::setting_conflict, option, "is given twice for " + given.name, "give it once");
@@ -119,13 +124,13 @@ std::vector<posterior::ParameterPrior> parameter_priors(const FitOptions& option
     }
   };
   using Numbers = std::vector<double>;
-  read(options.ranges, 2, "--range", "NAME=LOW,HIGH", &ParameterPrior::range, [](const Numbers& numbers) {
+  read(texts.ranges, 2, "--range", "NAME=LOW,HIGH", &ParameterPrior::range, [](const Numbers& numbers) {
     return ParameterPrior::Range{numbers[0], numbers[1]};
   });
-  read(options.priors, 2, "--prior", "NAME=MEAN,SD", &ParameterPrior::normal, [](const Numbers& numbers) {
+  read(texts.normals, 2, "--prior", "NAME=MEAN,SD", &ParameterPrior::normal, [](const Numbers& numbers) {
     return ParameterPrior::Normal{numbers[0], numbers[1]};
   });
-  read(options.fixed, 1, "--fix", "NAME=VALUE", &ParameterPrior::fixed,
+  read(texts.fixed, 1, "--fix", "NAME=VALUE", &ParameterPrior::fixed,
        [](const Numbers& numbers) { return numbers[0]; });
   posterior::Priors priors;
   priors.parameters = all;
@@ -180,19 +185,19 @@ sim::Protocol protocol_for(const FitOptions& options, sim::Protocol protocol) {
   return protocol;
 }
 
-/// Removes the options for parameters that this controller does not have and another one of the call has.
-FitOptions for_controller(FitOptions options, const sim::BodyModel& controller,
+/// Removes the texts for parameters that this controller does not have and another one of the call has.
+PriorTexts for_controller(PriorTexts texts, const sim::BodyModel& controller,
                           const std::vector<const sim::BodyModel*>& all) {
   const auto has = [](const sim::BodyModel& model, const std::string& text) {
     const std::vector<std::string> names = model.parameters.names();
     return std::ranges::find(names, text.substr(0, text.find('='))) != names.end();
   };
-  for (auto* texts : {&options.ranges, &options.priors, &options.fixed})
-    std::erase_if(*texts, [&](const std::string& text) {
+  for (auto* list : {&texts.ranges, &texts.normals, &texts.fixed})
+    std::erase_if(*list, [&](const std::string& text) {
       return !has(controller, text) &&
              std::ranges::any_of(all, [&](const sim::BodyModel* other) { return has(*other, text); });
     });
-  return options;
+  return texts;
 }
 
 void run_table(const FitOptions& options, const Command& command) {
@@ -212,7 +217,7 @@ void run_table(const FitOptions& options, const Command& command) {
                .particles = {.seed = options.request.settings.seed},
                .log_ratio = options.objective == "log-ratio",
                .json = options.common.json,
-               .options = command.given(beside_answers),
+               .options = command.given(options_reported_elsewhere),
                .call = record_call(command, inputs),
                .body_assumed = !options.recordings.body() && named.experiment.body == sim::Body{}};
   sim::Protocol protocol = protocol_for(options, named);
@@ -223,10 +228,10 @@ void run_table(const FitOptions& options, const Command& command) {
     frf::Priors priors{
         .gain = options.prior_gain.value_or(frf::Priors{}.gain),
         .error = options.prior_error,
-        .parameters = parameter_priors(for_controller(options, *controller, controllers), protocol.ranges())};
+        .parameters = parameter_priors(for_controller(options.priors, *controller, controllers), protocol.ranges())};
     asked.controllers.push_back({protocol, std::move(priors)});
   }
-  if (asked.log_ratio && !options.priors.empty())
+  if (asked.log_ratio && !options.priors.normals.empty())
     throw Error(Code::setting_conflict, "--prior",
                 "cannot be combined with --objective log-ratio, which uses ranges only", "give --range or --fix");
   const sim::ParameterTable& parameters = asked.controllers.front().protocol.parameters();
@@ -250,8 +255,8 @@ std::optional<FitJournal> journal_of(const FitOptions& options, const std::strin
 }
 
 /// Returns the report of the recordings whose fit began, with the groups of the table of all recordings.
-Report make_report(const FitOptions& options, const PlanFitter& fitter, FitResults results, GroupTable groups,
-                   std::vector<std::size_t>& places) {
+Report report_of_begun(const FitOptions& options, const PlanFitter& fitter, FitResults results, GroupTable groups,
+                       std::vector<std::size_t>& places) {
   Report report = fitter.report();
   std::vector<GroupMember> members;
   for (std::size_t i = 0; i < results.size(); ++i) {
@@ -271,7 +276,7 @@ void set_controllers(FitOptions& options, const std::vector<const sim::BodyModel
   for (const sim::BodyModel* controller : controllers) {
     protocol.experiment.body_model = controller;
     std::vector<posterior::ParameterPrior> priors =
-        parameter_priors(for_controller(options, *controller, controllers), protocol.ranges());
+        parameter_priors(for_controller(options.priors, *controller, controllers), protocol.ranges());
     if (controller == controllers.front())
       options.request.priors.parameters = std::move(priors);
     else
@@ -345,7 +350,7 @@ std::string journal_settings(const FitInput& input, const Command& command) {
                      {"controllers", std::move(names)},
                      {"protocol", sim::to_json_object(input.protocol)},
                      {"model", nn::weights_sha256(input.model.network)},
-                     {"options", command.given(beside_answers)}});
+                     {"options", command.given(options_reported_elsewhere)}});
 }
 
 void run_fit(FitOptions options, const Command& command) {
@@ -361,11 +366,11 @@ void run_fit(FitOptions options, const Command& command) {
       fitter, input.plan, journal ? &*journal : nullptr);
   if (!is_root()) return;
   options.outputs.count = results.size();
-  Report report = make_report(options, fitter, std::move(results), input.groups, options.outputs.places);
+  Report report = report_of_begun(options, fitter, std::move(results), input.groups, options.outputs.places);
   const std::vector<RecordingResult>& begun = report.recordings;
   report.model = model_name(options.model);
   report.model_sha256 = nn::weights_sha256(input.model.network);
-  report.options = command.given(beside_answers);
+  report.options = command.given(options_reported_elsewhere);
   report.call = record_call(command, input.files, recordings.named);
   report.call.seed = options.request.settings.seed;
   options.outputs.refuse_alone(report, options.common.json);
@@ -451,19 +456,19 @@ void add_fit(const Command& program) {
                   "Expect this measurement noise in degrees, within a factor of 20")
       .range(1e-6, 10.0);
   command
-      .add_option("--range", options->ranges,
+      .add_option("--range", options->priors.ranges,
                   "Limit a parameter to the range from LOW to HIGH in its JSON unit, for example delay=0.05,0.2; may "
                   "be repeated")
       .repeatable()
       .shown_as("NAME=LOW,HIGH");
   command
-      .add_option("--prior", options->priors,
+      .add_option("--prior", options->priors.normals,
                   "Use a normal prior with this mean and standard deviation for a parameter, for example "
                   "delay=0.12,0.02; default: uniform within its range; may be repeated")
       .repeatable()
       .shown_as("NAME=MEAN,SD");
   command
-      .add_option("--fix", options->fixed,
+      .add_option("--fix", options->priors.fixed,
                   "Fix a parameter at this value in its JSON unit, for example Kp=838.98; may be repeated")
       .repeatable()
       .shown_as("NAME=VALUE");

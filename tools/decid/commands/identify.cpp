@@ -82,7 +82,7 @@ void run_identify(IdentifyOptions options, const Command& command) {
   if (!is_root()) return;
   if (options.groups.given()) report.groups = report_groups(groups, report);
   report.model = model_name(options.model);
-  report.options = command.given(beside_answers);
+  report.options = command.given(options_reported_elsewhere);
   if (options.common.json || options.outputs.needs_hashes()) {
     report.model_sha256 = nn::weights_sha256(model.network);  // a millisecond that text does without
     report.call = record_call(command, inputs, recordings.named);

@@ -91,7 +91,7 @@ void add_selftest(const Command& program) {
   auto options = std::make_shared<SelftestOptions>();
   const Command command =
       program.add_subcommand("selftest", "Check that this machine, or cluster, computes the expected bits");
-  command.add_flag("--mpi", options->mpi, "Fail unless several MPI processes run");
+  command.add_flag("--mpi", options->mpi, "Fail unless several MPI processes run").section("Advanced");
   command.footer(
       "Examples:\n"
       "  decid selftest\n"

@@ -10,6 +10,7 @@
 #include "base/number.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
+#include "identify/study/study_results.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/recording_flags.hpp"
 #include "tools/decid/results/results.hpp"
@@ -41,22 +42,26 @@ std::pair<std::string, double> time_from_text(const std::string& text) {
 }
 
 void add_recording(const StudyOptions& options, const Model& model, ModelStudy& study) {
-  const ReadOptions reading = options.reading.read_options();
+  ReadOptions reading = options.reading.read_options();
+  reading.body = options.reading.body();
   const std::vector<RecordingSource> sources = make_sources({options.recording}, reading.recording);
   if (sources.size() != 1)
     throw Error(Code::recording_ambiguous, options.recording,
                 "holds " + counted(std::ssize(sources), "recording") + " by --trial " + options.reading.trial +
                     ", but a study uses one",
                 "save that recording as a file of its own");
-  study.recording = std::move(identify_files(model, model_name(options.model), sources, reading).recordings.front());
+  study.recording = identify_plan(model, model_name(options.model), make_plan(sources, reading)).recordings.front();
   if (study.recording->error) throw *study.recording->error;
-  for (std::size_t p = 0; p < model.parameters().size(); ++p)
-    study.recording_output.push_back((study.recording->estimate.parameters[p] - model.targets.mean[p]) /
-                                     model.targets.stddev[p]);
+  const sim::Parameters of_model =
+      for_body(model, model_name(options.model), reading.body).to_model(model, study.recording->estimate.parameters);
+  for (std::size_t p = 0; p < of_model.size(); ++p)
+    study.recording_output.push_back((of_model[p] - model.targets.mean[p]) / model.targets.stddev[p]);
 }
 
 void run_study(const StudyOptions& options, const Command& command) {
-  for (const char* name : reading_options)
+  std::vector<std::string> of_recordings{"--mass", "--height"};
+  of_recordings.insert(of_recordings.end(), std::begin(reading_options), std::end(reading_options));
+  for (const std::string& name : of_recordings)
     if (options.recording.empty() && command.count(name) > 0)
       throw Error(Code::setting_conflict, name, "has no effect without a recording", "use it with --recording");
   ModelStudy study;
@@ -142,6 +147,7 @@ void add_study(const Command& program) {
   command.add_option("--recording", options->recording,
                      "Use this CSV, MAT, C3D or .xlsx file instead of the paper's human trial");
   add_reading_options(command, options->reading);
+  add_body_options(command, options->reading);
   command.section("Trials");
   command.add_option("--trials", options->trials, "Evaluate on this many test trials").range(1, 1'000'000);
   add_seed_option(command, options->seed, "Seed the test trials; use another seed than the training's");

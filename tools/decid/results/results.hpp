@@ -16,12 +16,12 @@
 namespace decid::tools {
 
 /// Options that do not change the answer, and options that the JSON reports elsewhere.
-inline const std::vector<std::string> beside_answers{
+inline const std::vector<std::string> options_reported_elsewhere{
     "recordings", "--output", "--draws",      "--report",   "--table",  "--group",     "--resume",
     "--threads",  "--quiet",  "--json",       "--protocol", "--model",  "--recursive", "--long",
     "--excel",    "--study",  "--controller", "--figures",  "--within", "--covariates"};
 /// Options that no output's content depends on, and the recordings, whose files Report::arguments has.
-inline const std::vector<std::string> not_repeated{"recordings", "--output",    "--draws",   "--report",  "--table",
+inline const std::vector<std::string> options_without_effect{"recordings", "--output",    "--draws",   "--report",  "--table",
                                                    "--long",     "--excel",     "--resume",  "--threads", "--quiet",
                                                    "--json",     "--recursive", "--figures", "--figure"};
 /// Returns the call without its seed. inputs: all files that were read; empty names do not count. named: the
@@ -56,6 +56,9 @@ std::string trust_text(const Warnings& warnings);
 std::string warning_line(const Warning& warning);
 /// Returns a line for each of the other warnings.
 std::string warnings_text(const Warnings& warnings);
+/// Returns a controller's difference of log densities to the best one, in nats; "best" for the best one.
+std::string difference_text(double difference, double standard_error);
 /// Returns a table of the controllers over several recordings.
 std::string controller_sums_text(const ControllerSums& sums);
+
 }  // namespace decid::tools

@@ -52,10 +52,6 @@ std::string check_text(const PredictiveCheck& check) {
   return "  predictive check, two-sided p: " + joined(check.figures, ", ", text_of) + "\n";
 }
 
-std::string difference_text(double difference, double standard_error) {
-  return difference < 0.0 ? format("%.1f +- %.1f", difference, standard_error) : std::string("best");
-}
-
 /// Returns the table of the fitted controllers, the one that answers first.
 std::string controllers_text(const FitFigures& fitted, const std::string& own) {
   if (!fitted.compared) return {};
@@ -180,6 +176,10 @@ std::string warnings_text(const Warnings& warnings) {
   return text;
 }
 
+std::string difference_text(double difference, double standard_error) {
+  return difference < 0.0 ? format("%.1f +- %.1f", difference, standard_error) : std::string("best");
+}
+
 std::string controller_sums_text(const ControllerSums& sums) {
   std::string text = format("Controllers over %zu recordings, not people\n", sums.recordings) +
                      format("  %-10s %24s %26s %8s\n", "controller", "log predictive density", "difference", "best in");
@@ -206,7 +206,7 @@ std::string report_text(const Report& report) {
 
 Call record_call(const Command& command, const std::vector<std::string>& inputs,
                  const std::vector<std::string>& named) {
-  Call call{command.name(), command.arguments(not_repeated), hash_inputs(inputs), {}};
+  Call call{command.name(), command.arguments(options_without_effect), hash_inputs(inputs), {}};
   call.arguments.insert(call.arguments.end(), named.begin(), named.end());
   return call;
 }

@@ -1,6 +1,5 @@
-/* ---- How familiar the trial is
-   --------------------------------------------------------------------------------------- decid's
-   identify/network/familiarity.hpp: the features, which lie where the last layer reads them, whitened. */
+/* ---- How far the trial is from the training trials ------------------------------------------------------------------
+   As identify/network/ood_detector.hpp: the features, which lie where the last layer reads them, whitened. */
 
 static int32_t take_distance(void* arena, double* distance) {
   const network_map* const map = &network_maps[network_layers[LAYERS - 1].src];
