@@ -21,10 +21,10 @@ void name_settings(std::string (*called)(std::string_view name)) {
   name_in_messages.store(called);
 }
 
-void require_at_least(const std::string& where, int value, int least) {
-  if (value < least)
+void require_at_least(const std::string& where, int value, int minimum) {
+  if (value < minimum)
     throw Error(Code::setting_out_of_range, where, "is " + std::to_string(value),
-                "give " + std::to_string(least) + " or more");
+                "give " + std::to_string(minimum) + " or more");
 }
 
 }  // namespace decid

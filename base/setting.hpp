@@ -14,7 +14,7 @@ std::string setting(std::string_view name);
 /// calls this once, before any other function of the library.
 void name_settings(std::string (*called)(std::string_view name));
 
-/// Throws Error, naming `where`, if the value of a setting is below `least`.
-void require_at_least(const std::string& where, int value, int least);
+/// Throws Error, naming `where`, if the value of a setting is below `minimum`.
+void require_at_least(const std::string& where, int value, int minimum);
 
 }  // namespace decid

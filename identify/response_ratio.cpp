@@ -10,7 +10,7 @@
 namespace decid {
 namespace {
 
-constexpr std::size_t fewest_trials = 8;
+constexpr std::size_t min_trials = 8;
 constexpr double highest_hz = 2.5;
 /// How many lines on either side the noise's power is averaged over.
 constexpr std::size_t smoothing = 4;
@@ -84,7 +84,7 @@ double ResponseRatio::measure(const Simulated& simulated, std::span<const float>
   std::vector<std::size_t> standing;
   for (std::size_t i = 0; i < trials; ++i)
     if (!simulated.sways_[i].empty()) standing.push_back(i);
-  if (standing.size() < fewest_trials) return std::numeric_limits<double>::quiet_NaN();
+  if (standing.size() < min_trials) return std::numeric_limits<double>::quiet_NaN();
 
   const auto bins = static_cast<std::size_t>(fft_.bins());
   std::vector<sim::Complex> recorded(bins), work(static_cast<std::size_t>(fft_.work_length()));

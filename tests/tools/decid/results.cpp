@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
@@ -10,6 +12,7 @@
 #include "tests/helpers.hpp"
 #include "tests/near.hpp"
 #include "tests/sim/made_up_body.hpp"
+#include "tools/decid/results/calibrated_trials.hpp"
 #include "tools/decid/results/table.hpp"
 #include "tools/report/comparison_page.hpp"
 #include "tools/report/dataset_page.hpp"
@@ -232,6 +235,33 @@ TEST_CASE("a table says what the values say: a line a recording, as many cells w
     CHECK(std::ranges::count(text.substr(begin, end - begin), ',') == first_commas);
     begin = end + 1;
   }
+}
+
+TEST_CASE("rows of calibrate's tables are read back as they were written, unknown values too") {
+  const sim::ParameterTable& parameters = table();
+  FitConditionFigures known, unknown;
+  known.fault.name = "gap_s";
+  known.fault.size = 2.0;
+  known.trials = 3;
+  known.usable = known.caution = known.not_usable = 1;
+  known.codes = {{"at_edge", 1}, {"gaps_filled", 3}};
+  known.mean_s = 4.5;
+  Calibration& figures = known.figures.emplace();
+  figures.trials = 3;
+  figures.log_score = 1.5;
+  figures.network_log_score = std::numeric_limits<double>::quiet_NaN();
+  figures.all = {.mse = 0.1, .predicted_variance = 0.2, .network_mse = std::numeric_limits<double>::quiet_NaN()};
+  figures.parameters.assign(parameters.size(), figures.all);
+  figures.parameters[2].coverage90 = 0.25;
+  unknown.fault.name = "double_pendulum";
+  const std::string written = rows_json({known, unknown}, parameters).dump();
+  const std::vector<FitConditionFigures> read = rows_from_json(Json::parse(written), parameters);
+  CHECK(rows_json(read, parameters).dump() == written);
+  REQUIRE(read.size() == 2);
+  CHECK(read[0].figures->parameters[2].coverage90 == 0.25);
+  CHECK(std::isnan(read[0].figures->all.network_mse));
+  CHECK(read[0].codes == known.codes);
+  CHECK(!read[1].figures);
 }
 
 }  // namespace decid::tools

@@ -252,13 +252,13 @@ struct TrialsRun {
     }
   }
 
-  /// Fits up to `most` more trials at once. Returns false if it was interrupted.
-  bool fit_batch(int most) {
+  /// Fits up to `max_count` more trials at once. Returns false if it was interrupted.
+  bool fit_batch(int max_count) {
     const int processes = ranks() != nullptr ? ranks()->size() : 1;
     // Several trials per thread, because some take far longer. The results do not depend on the number.
     const int at_once = 4 * thread_count() * processes;
     std::vector<CalibrationTrials::Trial> batch;
-    for (int i = 0; i < std::min(at_once, most); ++i) batch.push_back(source.next());
+    for (int i = 0; i < std::min(at_once, max_count); ++i) batch.push_back(source.next());
     std::vector<CalibratedTrial> done(batch.size());
     const bool going = share_out<CalibratedTrial>(
         batch.size(), static_cast<std::size_t>(processes > 1 ? thread_count() : at_once),

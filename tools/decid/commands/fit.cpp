@@ -295,7 +295,7 @@ struct FitInput {
   std::vector<std::string> files{};  ///< all that were read
 };
 
-/// Finds the recordings, reads all files but them, and completes options.request. Throws Error for options that
+/// Finds the recordings, reads all files except them, and completes options.request. Throws Error for options that
 /// contradict each other or the recordings.
 FitInput read_input(FitOptions& options) {
   if (!options.free.empty() && options.joint.empty())

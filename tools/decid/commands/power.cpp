@@ -44,7 +44,7 @@ struct PowerRow {
   double mean, difference, participant_sd;
   cohort::PowerDesign design;  ///< with the standard deviation of the participants' values
   double power;
-  std::size_t needed;  ///< participants; 0: more than the search goes to
+  std::size_t needed;  ///< participants; 0: more than the search's maximum
 };
 
 /// Returns the spread of the recordings' values: the network's, or decid fit's.

@@ -218,7 +218,9 @@ std::vector<FitConditionFigures> earlier_rows(const std::string& file, const Jso
     std::vector<FitConditionFigures> rows = rows_from_json(earlier["conditions"], table);
     if (rows.size() <= conditions.size() && std::equal(rows.begin(), rows.end(), conditions.begin(), is_of))
       return rows;
-  } catch (const Json::exception&) {  // as for rows of another call
+  } catch (const Json::exception&) {
+    throw Error(Code::file_unsupported, file, "has rows that this version does not read",
+                "delete it, or give another --output");
   }
   throw Error(Code::file_differs, file, "has other rows than this call makes", "delete it, or give another --output");
 }

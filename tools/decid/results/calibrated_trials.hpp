@@ -26,7 +26,7 @@ std::vector<FitConditionFigures> rows_from_json(const Json& json, const sim::Par
 std::vector<CalibratedTrial> earlier_trials(const std::string& file, const Json& settings, const Json& network,
                                             std::size_t parameters);
 /// Returns the rows that an earlier call wrote to the file. Throws Error if the file is not a table, has other
-/// settings, or has rows that do not begin `conditions`.
+/// settings, lacks values of a row, or has rows that do not begin `conditions`.
 std::vector<FitConditionFigures> earlier_rows(const std::string& file, const Json& settings,
                                               const std::vector<FitCondition>& conditions,
                                               const sim::ParameterTable& table);

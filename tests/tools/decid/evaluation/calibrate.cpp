@@ -114,7 +114,7 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
   check_refused(faults + " --resume", "f.json: has other rows");
   cut["conditions"] = nlohmann::ordered_json::object();
   write_text(folder / "f.json", cut.dump());
-  check_refused(faults + " --resume", "f.json: has other rows");
+  check_refused(faults + " --resume", "f.json: has rows that this version does not read");
   write_text(folder / "f.json", "[]");
   check_refused(faults + " --resume", "f.json: is not a table of decid calibrate");
   const auto table = run_ok("calibrate --conditions " + folder / "p.json" + " --trials 1 --max-draws 8 --quiet");
