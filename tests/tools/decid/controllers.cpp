@@ -87,6 +87,9 @@ TEST_CASE("controllers: simulate has the simulator's trial, by each controller's
   CHECK(simulated("--controller dec --protocol " + protocol) == simulated("--protocol " + protocol));
   CHECK(simulated("--controller ic --weight 0.5 --protocol " + protocol) !=
         simulated("--controller ic --weight 0.6 --protocol " + protocol));
+  for (const char* option : {"--tilt-gain", "--slow-gain"})
+    CHECK(simulated("--controller dec2015 " + (option + (" 0.1 --protocol " + protocol))) !=
+          simulated("--controller dec2015 " + (option + (" 0.2 --protocol " + protocol))));
   with["gravity_dead_band_deg"] = 0.07;
   write_text(folder / "band.json", with.dump());
   CHECK(named != simulated("--gravity-gain 0.55 --protocol " + folder / "band.json"));

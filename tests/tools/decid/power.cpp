@@ -15,6 +15,7 @@ TEST_CASE("decid/power: given standard deviations have the power of Cohen's tabl
   CHECK(delay["name"] == "delay");
   CHECK(near(delay["power"].get<double>(), 0.801459557922, 1e-7));  // 0.5 standard deviations, 64 per group
   CHECK(delay["participants_needed"] == 64);
+  CHECK(run_json(same + "--power 0.9")["parameters"][0]["participants_needed"] == 86);  // Cohen's table, too
   // Seven intervals that hold together: a difference of 2.83 standard errors against 2.7 of them.
   const Json together = run_json(same + "--intervals 7");
   CHECK(together["intervals"] == 7);

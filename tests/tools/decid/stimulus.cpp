@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "sim/segments.hpp"
 #include "tests/tools/decid/run.hpp"
@@ -126,8 +127,11 @@ TEST_CASE("simulate --model dip: columns, defaults, options of the hip") {
   }
   CHECK(largest > 0.1);
   CHECK(largest <= 5.0);
-  run_ok("simulate --model dip --seed 7 --hip-delay 0.08 --quiet -o " + folder / "c.csv");
-  CHECK(read_text(folder / "c.csv") != read_text(folder / "a.csv"));
+  std::set<std::string> trials{read_text(folder / "a.csv")};  // each option of the hip changes the trial in its own way
+  for (const char* option : {"kp 170", "kd 40", "kp-pass 110", "kd-pass 35", "nv 0.3", "theta 0.004", "delay 0.08"}) {
+    run_ok(std::string("simulate --model dip --seed 7 --quiet --hip-") + option + " -o " + folder / "c.csv");
+    CHECK_MESSAGE(trials.insert(read_text(folder / "c.csv")).second, option);
+  }
   CHECK(run_decid("simulate --model dip --seed 8 --quiet -o " + folder / "d.csv").err.empty());
   CHECK(read_text(folder / "d.csv") != read_text(folder / "a.csv"));
   // The body is the protocol's.
