@@ -1,4 +1,4 @@
-# What `cmake --install` puts where, the package that other projects find with find_package(decid 0.2 COMPONENTS ..), and
+# Installation: files and their places, the package that other projects find with find_package(decid 0.2 COMPONENTS ..), and
 # a pkg-config file decid-<name>.pc for each component.
 include(CMakePackageConfigHelpers)
 

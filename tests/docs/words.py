@@ -6,7 +6,7 @@ import re
 WORDS = {
     "anew": "again", "mended": "fixed", "dear": "expensive", "dearer": "more expensive", "dearest": "most expensive",
     "besides": "also", "likewise": "in the same way, also", "told": "given, reported", "somebody": "you, or name the actor",
-    "so many": "this many, the number of", "in place of": "instead of", "held by": "verified by",
+    "so many": "this many, the number of", "in place of": "instead of", "held by": "verified by", "ladder": "dependency layers",
 }
 OPENINGS = {"Of": "put the subject first", "Beside": "name the subject, then 'also'", "Besides": "name the subject, then 'also'",
             "What": "name the subject", "Whether": "name the subject", "That": "repeat the noun", "Those": "repeat the noun"}

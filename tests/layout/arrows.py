@@ -6,7 +6,7 @@ option of the program, on a folder with too many sources, and on a private heade
 
 The layers are those of CMakeLists.txt (decid_component) and, above them, of tools/ and bindings/. Headers in a folder detail/ are
 private: only their own library and tests may include them. A library's header that is neither installed (HEADERS of
-decid_library) nor included by another folder of the ladder is private, too, and has to be in such a folder. A folder's
+decid_library) nor included by another library's folder is private, too, and has to be in such a folder. A folder's
 tests may include what the folder may, and tests' own headers of these folders."""
 import re
 import subprocess
@@ -49,7 +49,7 @@ KERNELS = "/kernels/"
 INCLUDE = re.compile(r'^\s*#\s*include\s*(<[^>]+>|"[^"]+")')
 
 
-def read_ladder(root):
+def read_layers(root):
     """Returns the folders that each folder may include, with itself: folder -> set of folders."""
     text = (root / "CMakeLists.txt").read_text()
     folder_of, allowed = {}, {}
@@ -66,7 +66,7 @@ def libraries_of(allowed):
 
 
 def step_of(path, allowed):
-    """The folder of the ladder that a file belongs to, and whether it is one of its tests; None for neither."""
+    """The layer's folder that a file belongs to, and whether it is one of its tests; None for neither."""
     is_test = path.startswith("tests/")
     name = path.removeprefix("tests/")
     steps = [folder for folder in allowed if name.startswith(folder + "/")]
@@ -158,7 +158,7 @@ def misplaced(texts, installed, allowed):
 
 
 def main(root):
-    allowed = read_ladder(root)
+    allowed = read_layers(root)
     files = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.cpp", "*.hpp"],
                            cwd=root, check=True, capture_output=True, text=True).stdout.split()
     arrows, complaints = {}, []

@@ -15,13 +15,14 @@ from words import complaints  # noqa: E402
 
 COMMENT = re.compile(r"^(?P<code>.*?)(?<![:\"])//[/<]*(?P<text>.*)$")
 BLOCKS = {".c": ("/*", "*/"), ".h": ("/*", "*/"), ".py": ('"""', '"""')}  # of comments over several lines
-LINES = {".py": "#", ".sh": "#", ".m": "%"}
+LINES = {".py": "#", ".sh": "#", ".m": "%", ".cmake": "#", ".in": "#", ".txt": "#", "": "#"}
 OWN = ("tests/docs/words.py", "tests/docs/test_check_docs.py", "tests/layout/test_source_words.py")  # have the words
 LIBRARY_FUNCTION = re.compile(r"std::(pow|exp|log|sin|cos|atan2|hypot|arg)\(")  # base/math/math.hpp has decid's own
 SAME_BITS = ("base", "sim", "nn", "dataset", "posterior", "identify", "recording")
 SYSTEM_BITS = ()  # files of these folders that may call the system's, each with the reason
 NAMED = re.compile(r"(?<![\w/.<*-])[A-Za-z_][\w/-]*\.(?:hpp|cpp|cmake|py|js)\b(?![\w(/.-]\w)")
 EXAMPLES = ("tests/docs/", "tests/layout/")  # comments of these folders name sources that are not the project's
+SCRIPTS = ("analyse", "bench*", "build", "check", "demo", "fuzz", "mutate", "reproduce-paper", "sbom", "setup")
 MESSAGE = re.compile(r'"((?:[^"\\]|\\.)*)"')
 
 
@@ -85,7 +86,8 @@ def missing_files(text, ends):
 
 
 def main(root):
-    kinds = ["*.cpp", "*.hpp", "*.c", "*.h", "*.js", "*.py", "*.sh", "*.m"]
+    kinds = ["*.cpp", "*.hpp", "*.c", "*.h", "*.js", "*.py", "*.sh", "*.m", "*CMakeLists.txt", "*.cmake", "*.cmake.in",
+             *(f"tools/{script}" for script in SCRIPTS), "examples/firmware/run"]
     files = subprocess.run(["git", "ls-files", *kinds], cwd=root, check=True, capture_output=True, text=True).stdout.split()
     found = [f"{path}:{number}: {complaint}" for path in files if (root / path).exists() and path not in OWN
              for number, passage in passages(with_slashes((root / path).read_text(), Path(path).suffix)) for complaint in complaints(passage)]

@@ -5,7 +5,7 @@ import unittest
 from pathlib import Path
 
 ARROWS = Path(__file__).with_name("arrows.py")
-LADDER = """decid_component(base base)
+LAYERS = """decid_component(base base)
 decid_component(sim sim base)
 decid_component(nn nn base)
 decid_component(image dataset/image sim)
@@ -20,7 +20,7 @@ class Arrows(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             root = Path(folder)
             subprocess.run(["git", "init", "--quiet", folder], check=True)
-            (root / "CMakeLists.txt").write_text(LADDER)
+            (root / "CMakeLists.txt").write_text(LAYERS)
             for name, text in files.items():
                 name = name.replace("__", "/")
                 if not name.endswith("CMakeLists.txt"):
