@@ -1,5 +1,5 @@
-// Names of settings in messages, and their limits. Python and Octave use "fill_gaps"; a program uses its own option's name, and C its
-// field's (bindings/c/error.cpp).
+// Names of settings in messages, and their limits. Python and Octave use "fill_gaps"; a program uses its own option's
+// name, and C its field's (bindings/c/error.cpp).
 #pragma once
 
 #include <string>

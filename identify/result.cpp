@@ -91,7 +91,7 @@ sim::ParameterTable Report::compared_parameters() const {
 }
 
 double scale_to(double mgh_nm_rad, const Report& report, const RecordingResult& result, std::size_t parameter) {
-  return report.protocol.parameters()[parameter].per_mgh
+  return report.protocol.parameters()[parameter].scales_with_mgh
              ? mgh_nm_rad / report.protocol_for(result).experiment.body.mgh()
              : 1.0;
 }

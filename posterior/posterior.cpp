@@ -17,7 +17,7 @@
 namespace decid::posterior {
 namespace {
 
-constexpr int min_judged_draws = 4;  // draws per chain
+constexpr int min_judged_draws = 4;     // draws per chain
 constexpr double repeating_rhat = 1.2;  // chains' means vary by 0.44 of the variance within them
 // Draws of all chains together contain the chains' differences. Up to this R-hat they err less than the network does
 // (docs/research/posterior.md).

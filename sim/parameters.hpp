@@ -65,7 +65,7 @@ struct ParameterInfo {
   std::string description;  ///< for users: "Passive stiffness"
   std::string unit;         ///< "1": a plain number
   double low, high;         ///< range of the uniform distribution of the data set
-  bool per_mgh;             ///< value / (m g h) is meaningful
+  bool scales_with_mgh;     ///< value / (m g h) is meaningful
   /// The values that can be simulated.
   double least = 0.0, most = std::numeric_limits<double>::infinity();
   /// The value at which a fit fixes the parameter if no prior is given for it: only its products with others act on the

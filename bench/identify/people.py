@@ -49,7 +49,7 @@ def main():
         truth = random.uniform(low, high)
         alike = {name: np.full(options.recordings, value) for name, value in zip(names, truth)}
         trials = decid.simulate(protocol, seed=1000 * options.seed + 100 * number, allow_falls=True, **alike)
-        if not trials.stood.all():
+        if not trials.valid.all():
             continue
         people += 1
         sums = {}

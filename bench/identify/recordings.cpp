@@ -2,8 +2,6 @@
 // It reads the file, makes the image, runs the built-in network, re-simulates the result and warns of what is
 // unusual; the program's start and its output are not in it. The operations that count are those of the network and of
 // the six trials simulated, at the peak of floats.
-#include "identify/study/study_results.hpp"
-
 #include <benchmark/benchmark.h>
 #include <omp.h>
 
@@ -13,6 +11,7 @@
 #include "bench/dataset/recorded_file.hpp"
 #include "bench/nn/networks.hpp"
 #include "bench/sim/trials.hpp"
+#include "identify/study/study_results.hpp"
 
 namespace {
 

@@ -105,7 +105,7 @@ typedef struct decid_parameter_info {
   const char* unit;        /* "N m/rad"; "1" for a plain number */
   const char* description; /* "Passive stiffness" */
   double low, high;        /* the range of training, for the protocol's body */
-  int over_mgh;            /* 1: value / (m g h) has a meaning */
+  int scales_with_mgh;     /* 1: value / (m g h) has a meaning */
 } decid_parameter_info;
 
 /* "default", "short", or the path of a JSON file (docs/reference/protocols.md). */
@@ -129,10 +129,10 @@ DECID_API const decid_parameter_info* decid_protocol_parameter(const decid_proto
 
 /* Simulates recorded trials of the single pendulum, trial i with the noise of seed + i: the bits of `decid simulate
    --seed`. parameters: trials x decid_protocol_parameters values, in SI units; sway_rad: trials
-   x samples values, NaN from where a body falls. stood: trials values, 1 unless the body fell; NULL: a fall is
+   x samples values, NaN from where a body falls. valid: trials values, 1 unless the body fell; NULL: a fall is
    DECID_BAD_INPUT, and sway_rad stays as it was. */
 DECID_API decid_status decid_simulate(const decid_protocol* protocol, const double* parameters, size_t trials,
-                                      uint64_t seed, double* sway_rad, unsigned char* stood);
+                                      uint64_t seed, double* sway_rad, unsigned char* valid);
 
 /* ---- Models: a trained network and its settings ---- */
 

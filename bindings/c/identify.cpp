@@ -68,7 +68,7 @@ std::vector<decid_parameter> parameters_of(const decid::RecordingResult& result,
   std::vector<decid_parameter> list;
   for (std::size_t p = 0; p < ranges.size(); ++p) {
     const decid::sim::ParameterInfo& info = ranges[p];
-    const double mgh = info.per_mgh ? body.mgh() : no_mgh;
+    const double mgh = info.scales_with_mgh ? body.mgh() : no_mgh;
     decid_parameter& parameter =
         list.emplace_back(find_parameter(info.name.c_str(), info.unit.c_str(), result.estimate.parameters[p]));
     parameter.low = info.low;

@@ -14,8 +14,8 @@ decid_protocol::decid_protocol(decid::sim::Protocol of)
       json(decid::sim::to_json(protocol())),
       tilt_rad(decid::sim::tilt_at_samples(protocol().experiment, simulator.stimulus())) {
   for (const decid::sim::ParameterInfo& info : ranges)
-    parameters.push_back(
-        {info.name.c_str(), info.unit.c_str(), info.description.c_str(), info.low, info.high, info.per_mgh ? 1 : 0});
+    parameters.push_back({info.name.c_str(), info.unit.c_str(), info.description.c_str(), info.low, info.high,
+                          info.scales_with_mgh ? 1 : 0});
 }
 
 namespace {
@@ -29,7 +29,7 @@ decid::sim::TrialInput trial_input(const double* parameters, std::size_t count, 
 }
 
 void simulate(const decid_protocol& given_protocol, const double* parameters, std::size_t trials, std::uint64_t seed,
-              double* sway_rad, unsigned char* stood) {
+              double* sway_rad, unsigned char* valid) {
   const decid::sim::Simulator& simulator = given_protocol.simulator;
   const auto samples = static_cast<std::size_t>(simulator.samples());
   const std::size_t count = given_protocol.ranges.size();
@@ -55,13 +55,13 @@ void simulate(const decid_protocol& given_protocol, const double* parameters, st
         std::fill(row + standing, row + samples, std::numeric_limits<double>::quiet_NaN());
       });
   for (std::size_t trial = 0; trial < trials; ++trial) {
-    if (stood == nullptr && end_s[trial] >= 0.0)
+    if (valid == nullptr && end_s[trial] >= 0.0)
       throw decid::Error(
           decid::Code::body_falls, "decid_simulate",
           decid::format("the body of trial %zu leans by more than 5 degrees after %.2f s", trial, end_s[trial]),
-          "raise Kp or Kd, lower Nv, the delay or the tilt, or take `stood`, which says which trials "
+          "raise Kp or Kd, lower Nv, the delay or the tilt, or take `valid`, which says which trials "
           "stand");
-    if (stood != nullptr) stood[trial] = end_s[trial] < 0.0 ? 1 : 0;
+    if (valid != nullptr) valid[trial] = end_s[trial] < 0.0 ? 1 : 0;
   }
   std::ranges::copy(rows, sway_rad);
 }
@@ -120,10 +120,10 @@ const decid_parameter_info* decid_protocol_parameter(const decid_protocol* proto
 }
 
 decid_status decid_simulate(const decid_protocol* protocol, const double* parameters, size_t trials, uint64_t seed,
-                            double* sway_rad, unsigned char* stood) {
+                            double* sway_rad, unsigned char* valid) {
   return guarded([&] {
     constexpr const char* where = "decid_simulate";
     simulate(given(protocol, where, "protocol"), &given(parameters, where, "parameters"), trials, seed,
-             &given(sway_rad, where, "sway_rad"), stood);
+             &given(sway_rad, where, "sway_rad"), valid);
   });
 }

@@ -23,7 +23,7 @@ py::list protocol_parameters(const Protocol& protocol) {
   py::list all;
   for (std::size_t p = 0; p < decid_protocol_parameters(protocol.get()); ++p) {
     const decid_parameter_info& info = *decid_protocol_parameter(protocol.get(), p);
-    all.append(py::make_tuple(info.name, info.unit, info.description, info.low, info.high, info.over_mgh != 0));
+    all.append(py::make_tuple(info.name, info.unit, info.description, info.low, info.high, info.scales_with_mgh != 0));
   }
   return all;
 }
@@ -39,11 +39,11 @@ py::tuple simulate(const Protocol& protocol, const DoublesIn& parameters, std::u
     throw py::value_error("parameters: trials x " + std::to_string(count) + " values are needed");
   const auto samples = static_cast<py::ssize_t>(decid_protocol_samples(protocol.get()));
   py::array_t<double> sway({parameters.shape(0), samples});
-  py::array_t<unsigned char> stood(parameters.shape(0));
-  run([&, values = parameters.data(), rows = sway.mutable_data(), standing = stood.mutable_data()] {
+  py::array_t<unsigned char> valid(parameters.shape(0));
+  run([&, values = parameters.data(), rows = sway.mutable_data(), standing = valid.mutable_data()] {
     return decid_simulate(protocol.get(), values, static_cast<std::size_t>(parameters.shape(0)), seed, rows, standing);
   });
-  return py::make_tuple(sway, stood);
+  return py::make_tuple(sway, valid);
 }
 
 Model load_model(const OptionalText& path) {

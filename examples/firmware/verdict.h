@@ -18,12 +18,13 @@ typedef enum {
    - a return code other than POSTURE_OK,
    - a parameter below 0 that is also outside of its range by more than a twentieth of it, or one outside of its range
      by more than its whole width,
-   - with --familiarity: a distance above POSTURE_DISTANCE_NOT_USABLE.
+   - with --ood-score: a distance above POSTURE_DISTANCE_NOT_USABLE.
    Caution:
    - a parameter outside of its range by more than a twentieth of it,
-   - for a model with standard deviations: one of Kp, Kd or the delay above a fifth of its range (knowing nothing is 0.29),
-   - with --familiarity: a distance above 1, as 3 of 100 simulated trials have. POSTURE_DISTANCE_USABLE is stricter.
-   Without --familiarity it does not notice a trial of another stimulus, start, sign or rate. */
+   - for a model with standard deviations: one of Kp, Kd or the delay above a fifth of its range (knowing nothing is
+   0.29),
+   - with --ood-score: a distance above 1, as 3 of 100 simulated trials have. POSTURE_DISTANCE_USABLE is stricter.
+   Without --ood-score it does not notice a trial of another stimulus, start, sign or rate. */
 verdict judge(int result, const float* parameters, void* arena);
 
 #ifdef __cplusplus

@@ -59,7 +59,7 @@ bool alike(const sim::ParameterTable& ranges, const sim::ParameterTable& other, 
   if (!std::ranges::equal(ranges, other, {}, &sim::ParameterInfo::name, &sim::ParameterInfo::name)) return false;
   return std::ranges::all_of(inferred, [&](std::size_t p) {
     const sim::ParameterInfo &a = ranges[p], &b = other[p];
-    const double ratio = a.per_mgh ? mgh_ratio : 1.0, tolerance = 1e-9 * b.range();
+    const double ratio = a.scales_with_mgh ? mgh_ratio : 1.0, tolerance = 1e-9 * b.range();
     return std::abs(ratio * a.low - b.low) <= tolerance && std::abs(ratio * a.high - b.high) <= tolerance;
   });
 }
@@ -183,7 +183,7 @@ Analysis analyse_groups(const Report& report, std::span<const Recording> members
   for (const std::size_t p : report.inferred_parameters()) ranges.push_back(table[p]);
   const double mgh = report.protocol.experiment.body.mgh(), ratio = mgh_nm_rad.value_or(mgh) / mgh;
   for (sim::ParameterInfo& range : ranges) {
-    if (!range.per_mgh) continue;
+    if (!range.scales_with_mgh) continue;
     range.low *= ratio;
     range.high *= ratio;
   }

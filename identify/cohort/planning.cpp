@@ -96,7 +96,7 @@ Sums sums_of(const std::vector<ParticipantValues>& values, std::size_t p) {
 }  // namespace
 
 std::string hint_of_unit(const sim::ParameterInfo& info, double value, double mgh_nm_rad) {
-  if (!info.per_mgh || value == 0.0 || !(std::abs(value) <= max_over_mgh)) return {};
+  if (!info.scales_with_mgh || value == 0.0 || !(std::abs(value) <= max_over_mgh)) return {};
   return format(" (%s is in %s: %g m g h is %.4g)", info.name.c_str(), info.shown_unit().c_str(), value,
                 value * mgh_nm_rad);
 }

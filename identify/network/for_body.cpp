@@ -12,7 +12,7 @@ constexpr double height_margin = 0.01;
 
 sim::Parameters times_mgh(const sim::ParameterTable& table, double ratio, sim::Parameters parameters) {
   for (std::size_t p = 0; p < table.size(); ++p)
-    if (table[p].per_mgh) parameters[p] *= ratio;
+    if (table[p].scales_with_mgh) parameters[p] *= ratio;
   return parameters;
 }
 

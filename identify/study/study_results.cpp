@@ -86,7 +86,7 @@ Warnings prior_warnings(const FitRequest& request, const sim::ParameterTable& pa
   const auto add = [&](const std::vector<posterior::ParameterPrior>& priors, const sim::ParameterTable& table) {
     for (const posterior::ParameterPrior& prior : priors) {
       const auto found = std::ranges::find(table, prior.name, &sim::ParameterInfo::name);
-      if (found != table.end() && found->per_mgh && std::ranges::find(gains, prior.name) == gains.end())
+      if (found != table.end() && found->scales_with_mgh && std::ranges::find(gains, prior.name) == gains.end())
         gains.push_back(prior.name);
     }
   };

@@ -164,7 +164,7 @@ ParameterTable Protocol::ranges() const {
   const double ratio = experiment.body.mgh() / Body{}.mgh();
   std::vector<ParameterInfo> scaled(parameters().begin(), parameters().end());
   for (ParameterInfo& info : scaled) {
-    if (!info.per_mgh) continue;
+    if (!info.scales_with_mgh) continue;
     info.low *= ratio;
     info.high *= ratio;
     if (info.convention) *info.convention *= ratio;

@@ -129,7 +129,7 @@ int main(int argc, char** argv) {
   decid_read_defaults(&column, sizeof column);
   column.column = "trial.signals.COM_x";
   std::vector<double> parameters(decid_protocol_parameters(protocol)), sway(decid_protocol_samples(protocol));
-  unsigned char stood = 0;
+  unsigned char valid = 0;
   for (size_t p = 0; p < parameters.size(); ++p) parameters[p] = decid_protocol_parameter(protocol, p)->low;
 
   const Step steps[]{
@@ -142,7 +142,7 @@ int main(int argc, char** argv) {
       makes<decid_result>("identify", [&](auto to) { return decid_identify(model, recording, nullptr, to); }),
       makes<decid_dataset>("dataset_make", [&](auto to) { return decid_dataset_make(protocol, &few, to); }),
       makes<decid_dataset>("dataset_read", [&](auto to) { return decid_dataset_read(data_file.c_str(), to); }),
-      {"simulate", [&] { return decid_simulate(protocol, parameters.data(), 1, 1, sway.data(), &stood); }},
+      {"simulate", [&] { return decid_simulate(protocol, parameters.data(), 1, 1, sway.data(), &valid); }},
       {"evaluate",
        [&] {
          decid_evaluation to;

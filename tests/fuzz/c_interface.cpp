@@ -103,9 +103,9 @@ struct Session {
     const auto trials = data.ConsumeIntegralInRange<std::size_t>(0, 3);
     std::vector<double> parameters(trials * count + 1), sway(trials * samples + 1);
     for (double& value : parameters) value = number(data);
-    std::vector<unsigned char> stood(trials + 1);
+    std::vector<unsigned char> valid(trials + 1);
     decid_simulate(protocol, data.ConsumeBool() ? parameters.data() : nullptr, trials,
-                   data.ConsumeIntegral<std::uint64_t>(), sway.data(), data.ConsumeBool() ? stood.data() : nullptr);
+                   data.ConsumeIntegral<std::uint64_t>(), sway.data(), data.ConsumeBool() ? valid.data() : nullptr);
   }
 
   void read_recording() {

@@ -292,7 +292,7 @@ TEST_CASE("a body of the model's height and another weight: the same sway, param
   const Estimate &assumed = as_assumed.estimate, &told = as_told.estimate;
   const sim::ParameterTable& table = model().parameters();
   for (std::size_t p = 0; p < table.size(); ++p)
-    CHECK(near(told.parameters[p], assumed.parameters[p] * (table[p].per_mgh ? 1.5 : 1.0), 1e-12));
+    CHECK(near(told.parameters[p], assumed.parameters[p] * (table[p].scales_with_mgh ? 1.5 : 1.0), 1e-12));
   CHECK(told.distance == assumed.distance);
   CHECK(told.warnings == assumed.warnings);
   const Explanation &of_assumed = as_assumed.explanation, &of_told = as_told.explanation;

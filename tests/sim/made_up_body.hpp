@@ -17,7 +17,7 @@ inline const sim::BodyModel& made_up_body() {
                      .unit = i % 3 == 0 ? "1" : "N m/rad",
                      .low = 10.0 * i,
                      .high = 11.0 * i + 1.0,
-                     .per_mgh = i % 2 == 0,
+                     .scales_with_mgh = i % 2 == 0,
                      .least = 0.0,
                      .most = 200.0});
     }

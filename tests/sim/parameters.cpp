@@ -17,7 +17,8 @@ using namespace decid::test;
 namespace {
 
 ParameterInfo named(const std::string& name) {
-  return {.name = name, .option = name, .description = {}, .unit = "1", .low = 0.0, .high = 1.0, .per_mgh = false};
+  return {
+      .name = name, .option = name, .description = {}, .unit = "1", .low = 0.0, .high = 1.0, .scales_with_mgh = false};
 }
 
 }  // namespace

@@ -312,12 +312,11 @@ FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options) {
   if (model.head != &point_head() && !model.gives_distribution())
     throw Error(Code::not_supported, "export", "the model's outputs are of the kind '" + model.head->name() + "'",
                 "export a model whose outputs are the parameters, or a mixture");
-  if (options.familiarity && !model.ood_detector.known())
-    throw Error(Code::not_supported, "--familiarity",
-                "the model has no features of its training trials to compare with",
+  if (options.ood_score && !model.ood_detector.known())
+    throw Error(Code::not_supported, "--ood-score", "the model has no features of its training trials to compare with",
                 "leave it out, or export another model");
-  if (options.familiarity && options.int8)
-    throw Error(Code::setting_conflict, "--familiarity", "is learned of the network in float, not of 8-bit integers",
+  if (options.ood_score && options.int8)
+    throw Error(Code::setting_conflict, "--ood-score", "is learned of the network in float, not of 8-bit integers",
                 "leave one of them out");
   const Chain chain = chain_of(nn::Inference<float>(model.network));
   check_sizes(chain);

@@ -91,7 +91,7 @@ struct ArenaPlan {
 struct FirmwareOptions {
   bool incremental = false;  ///< samples are fed as they arrive
   bool int8 = false;
-  bool familiarity = false;  ///< the trial's distance from those of the training can be asked for
+  bool ood_score = false;  ///< the trial's distance from those of the training can be asked for
 };
 
 struct FirmwarePlan {

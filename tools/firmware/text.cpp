@@ -116,12 +116,12 @@ std::string settings(const Model& model, const ForBody& body, const FirmwarePlan
   text += define("USES_ASINH", uses.asinh) +
           define("USES_LOG", uses.log_modulus || uses.residual || uses.asinh || uses.mixture) +
           define("USES_SQUARE_ROOT", uses.modulus || uses.residual || uses.asinh || uses.mixture || uses.statistics ||
-                                         has_kind(plan, Kind::layer_norm) || plan.options.familiarity) +
+                                         has_kind(plan, Kind::layer_norm) || plan.options.ood_score) +
           define("USES_EXPONENTIAL", uses.mixture || uses_exponential(plan)) +
           define("USES_NORMAL", uses.mixture || has_kind(plan, Kind::gelu)) + define("USES_DENSITY", uses.mixture) +
           define("USES_FMA_FLOAT", 1) + define("USES_FMA_DOUBLE", uses.mixture || has_kind(plan, Kind::gelu)) +
-          define("USES_IS_FINITE", plan.options.familiarity) + define("USES_FLOAT_BITS", 1);
-  text += define("FAMILIARITY", plan.options.familiarity) + define("QUANTISED", plan.options.int8) +
+          define("USES_IS_FINITE", plan.options.ood_score) + define("USES_FLOAT_BITS", 1);
+  text += define("FAMILIARITY", plan.options.ood_score) + define("QUANTISED", plan.options.int8) +
           define("INCREMENTAL", plan.options.incremental) + define("STREAM_ROWS", plan.stream_rows) +
           layer_settings(plan) + define("MAPS", static_cast<long long>(plan.maps.size())) +
           define("LAYERS", static_cast<long long>(plan.layers.size())) +
@@ -235,11 +235,11 @@ std::string constants(const Model& model, const FirmwarePlan& plan) {
           define("DECID_FW_IMAGE_COLUMNS", shape.columns);
   text += define("DECID_FW_ARENA_BYTES", plan.arena.bytes) + define("DECID_FW_WEIGHT_BYTES", plan.weight_bytes());
   text += define("DECID_FW_GIVES_STDDEVS", components(model) > 0 ? 1 : 0) +
-          define("DECID_FW_GIVES_DISTANCE", plan.options.familiarity ? 1 : 0);
+          define("DECID_FW_GIVES_DISTANCE", plan.options.ood_score ? 1 : 0);
   if (plan.options.int8)
     text += "/* In 8 bits there is no distance: its mean, whitening and bounds are of features in float. */\n";
-  if (plan.options.familiarity)
-    text += define("DECID_FW_FAMILIARITY_BYTES", familiarity_bytes(model, plan)) + "#define DECID_FW_DISTANCE_USABLE " +
+  if (plan.options.ood_score)
+    text += define("DECID_FW_DISTANCE_BYTES", ood_score_bytes(model, plan)) + "#define DECID_FW_DISTANCE_USABLE " +
             literal(ood_border - ood_missing_weight, 6) + "\n#define DECID_FW_DISTANCE_NOT_USABLE " +
             literal(ood_border, 6) + "\n";
   return text;
@@ -308,9 +308,9 @@ std::vector<float> test_sway(int samples) {
   return sway;
 }
 
-long long familiarity_bytes(const Model& model, const FirmwarePlan& plan) {
+long long ood_score_bytes(const Model& model, const FirmwarePlan& plan) {
   const auto numbers = model.ood_detector.mean.size() + model.ood_detector.whitening.size();
-  return plan.options.familiarity ? static_cast<long long>(numbers * sizeof(float)) : 0;
+  return plan.options.ood_score ? static_cast<long long>(numbers * sizeof(float)) : 0;
 }
 
 FirmwareFiles firmware_files(const Model& model, const ForBody& body, const FirmwarePlan& plan, const TestVector& test,
@@ -324,7 +324,7 @@ FirmwareFiles firmware_files(const Model& model, const ForBody& body, const Firm
   header = replaced(header, "@DEVIATIONS@",
                     components(model) > 0 ? std::string(embedded::firmware_stddevs()) : std::string());
   header = replaced(header, "@FAMILIARITY@",
-                    plan.options.familiarity ? std::string(embedded::firmware_familiarity_header()) : std::string());
+                    plan.options.ood_score ? std::string(embedded::firmware_familiarity_header()) : std::string());
   header = replaced(header, "@INCREMENTAL@",
                     plan.options.incremental ? std::string(embedded::firmware_incremental()) : std::string());
 
@@ -367,7 +367,7 @@ FirmwareFiles firmware_files(const Model& model, const ForBody& body, const Firm
   add(embedded::firmware_state());
   add(series ? embedded::firmware_series() : embedded::firmware_windows());
   add(embedded::firmware_results());
-  if (plan.options.familiarity) {
+  if (plan.options.ood_score) {
     source += familiarity_tables(model, test) + "\n";
     add(embedded::firmware_familiarity());
   }

@@ -25,7 +25,7 @@ struct TestVector {
 std::vector<float> test_sway(int samples);
 
 /// Returns the size of the out-of-distribution score's tables; 0 if the model is exported without it.
-long long familiarity_bytes(const Model& model, const FirmwarePlan& plan);
+long long ood_score_bytes(const Model& model, const FirmwarePlan& plan);
 /// Returns the files for recordings of `body`. `name` begins every public name. `origin`: text about the model, for
 /// people.
 FirmwareFiles firmware_files(const Model& model, const ForBody& body, const FirmwarePlan& plan, const TestVector& test,

@@ -165,7 +165,7 @@ class Trials:
     tilt: np.ndarray = field(repr=False)  #: of the platform, rad: (samples,)
     rate: float  #: Hz
     parameters: dict[str, Any]  #: SI units: numbers, or arrays (trials,)
-    stood: np.ndarray  #: True if the body stood: () or (trials,)
+    valid: np.ndarray  #: True if the body stood: () or (trials,)
 
     @property
     def time(self) -> np.ndarray:
@@ -199,14 +199,14 @@ def simulate(protocol: Union[Protocol, Path] = "default", seed: int = 1, allow_f
     if values[0].ndim > 1:
         raise _error("size_mismatch", "simulate", "the parameters have two dimensions or more", "give numbers, or arrays of one dimension")
     table = np.stack([np.atleast_1d(value) for value in values], axis=1)
-    sway, stood = _decid.simulate(played._handle, table, seed_of(seed))
-    stood = stood.astype(bool)
-    if not flag(allow_falls, "allow_falls") and not stood.all():
-        raise _error("body_falls", "simulate", f"the body of trial {int(np.argmin(stood))} falls",
+    sway, valid = _decid.simulate(played._handle, table, seed_of(seed))
+    valid = valid.astype(bool)
+    if not flag(allow_falls, "allow_falls") and not valid.all():
+        raise _error("body_falls", "simulate", f"the body of trial {int(np.argmin(valid))} falls",
                      "raise Kp or Kd, lower Nv, the delay or the tilt, or give allow_falls=True")
     one = values[0].ndim == 0
     used = {info.name: float(value) if one else np.array(value) for info, value in zip(infos, values)}
-    return Trials(sway[0] if one else sway, played.tilt, played.rate, used, stood[0] if one else stood)
+    return Trials(sway[0] if one else sway, played.tilt, played.rate, used, valid[0] if one else valid)
 
 
 _OF_SAMPLES = ("tilt", "tilt_unit", "invert_sway", "invert_tilt")

@@ -22,7 +22,7 @@ class ParameterInfo:
     description: str
     low: float  #: the range that trials are drawn from, for the protocol's body
     high: float
-    over_mgh: bool  #: value / (m g h) has a meaning
+    scales_with_mgh: bool  #: value / (m g h) has a meaning
 
 
 class Protocol:

@@ -15,7 +15,7 @@ static_assert(sizeof(void*) != 8 ||
               (offsetof(decid_parameter, effective_draws) == 112 && offsetof(decid_figures, body_assumed) == 88 &&
                offsetof(decid_sampling, seconds) == 32 && offsetof(decid_tensor, shape) == 24 &&
                offsetof(decid_layer, flops) == 56 && offsetof(decid_warning, text) == 16 &&
-               offsetof(decid_parameter_info, over_mgh) == 40));
+               offsetof(decid_parameter_info, scales_with_mgh) == 40));
 static_assert(sizeof(void*) != 8 ||
               (offsetof(decid_read_options, ankle_column) == 112 && offsetof(decid_identify_options, detrend) == 32 &&
                offsetof(decid_samples_options, invert_tilt) == 28 && offsetof(decid_fit_options, user) == 96 &&

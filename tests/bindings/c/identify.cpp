@@ -47,8 +47,8 @@ void check_same(const decid_result* result, const Report& all) {
     CHECK(found.interval50[1] == estimate.distribution->quantile(quantity, 0.75));
     CHECK(found.interval90[0] == estimate.distribution->quantile(quantity, 0.5 * (1.0 - 0.9)));
     CHECK(found.interval90[1] == estimate.distribution->quantile(quantity, 1.0 - 0.5 * (1.0 - 0.9)));
-    CHECK(same(found.normalized, ranges[p].per_mgh ? found.value / mgh : NAN));
-    CHECK(same(found.normalized_interval90[1], ranges[p].per_mgh ? found.interval90[1] / mgh : NAN));
+    CHECK(same(found.normalized, ranges[p].scales_with_mgh ? found.value / mgh : NAN));
+    CHECK(same(found.normalized_interval90[1], ranges[p].scales_with_mgh ? found.interval90[1] / mgh : NAN));
     CHECK(std::isnan(found.rhat));
     CHECK(decid_result_correlation(result, p, 0) == estimate.distribution->correlation(quantity, 0));
   }

@@ -97,17 +97,17 @@ TEST_CASE("a body that falls is an error, or a row that ends in NaN") {
   refused(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), nullptr), Code::body_falls,
           "decid_simulate");
   CHECK(sway_rad == before);
-  unsigned char stood[2] = {7, 7};
-  REQUIRE(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), stood) == DECID_OK);
-  CHECK(stood[0] == 1);
-  CHECK(stood[1] == 0);
+  unsigned char valid[2] = {7, 7};
+  REQUIRE(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), valid) == DECID_OK);
+  CHECK(valid[0] == 1);
+  CHECK(valid[1] == 0);
   CHECK(std::isfinite(sway_rad[samples - 1]));
   CHECK(std::isfinite(sway_rad[samples]));
   CHECK(std::isnan(sway_rad.back()));
   parameters[0] = -1.0;
-  refused(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), stood), Code::setting_out_of_range,
+  refused(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), valid), Code::setting_out_of_range,
           "Kp");
-  refused(decid_simulate(played.get(), nullptr, 2, 1, sway_rad.data(), stood), Code::setting_missing);
+  refused(decid_simulate(played.get(), nullptr, 2, 1, sway_rad.data(), valid), Code::setting_missing);
 }
 
 }  // namespace decid

@@ -157,7 +157,7 @@ class Identification(WithFolder):
         many = decid.simulate(seed=8, Kp=[700, 800], delay=0.1)
         self.assertEqual(many.sway.shape, (2, 12100))
         np.testing.assert_array_equal(many.sway[1], trial.sway)
-        self.assertTrue(many.stood.all())
+        self.assertTrue(many.valid.all())
 
     def test_controllers_have_their_own_parameters(self):
         self.assertEqual(list(decid.controllers()), ["dec", "dec2015", "ic"])
@@ -182,7 +182,7 @@ class Identification(WithFolder):
         with self.assertRaisesRegex(decid.Error, "the body of trial 1 falls"):
             decid.simulate(Kp=[800, 0], Kp_pass=100)
         trials = decid.simulate(Kp=[800, 0], Kp_pass=100, allow_falls=True)
-        self.assertEqual(trials.stood.tolist(), [True, False])
+        self.assertEqual(trials.valid.tolist(), [True, False])
         self.assertTrue(np.isnan(trials.sway[1, -1]))
 
     def test_samples_with_a_tilt_have_the_bits_of_a_file(self):

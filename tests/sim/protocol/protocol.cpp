@@ -242,8 +242,8 @@ TEST_CASE("Protocol: ranges of the default body are the table's; a lighter body'
   const decid::sim::ParameterTable lighter = protocol.ranges();
   for (std::size_t p = 0; p < lighter.size(); ++p) {
     const decid::sim::ParameterInfo& info = protocol.parameters()[p];
-    CHECK(near(lighter[p].low, info.low * (info.per_mgh ? 0.5 : 1.0), 1e-12 * std::abs(info.high)));
-    CHECK(near(lighter[p].high, info.high * (info.per_mgh ? 0.5 : 1.0), 1e-12 * info.high));
+    CHECK(near(lighter[p].low, info.low * (info.scales_with_mgh ? 0.5 : 1.0), 1e-12 * std::abs(info.high)));
+    CHECK(near(lighter[p].high, info.high * (info.scales_with_mgh ? 0.5 : 1.0), 1e-12 * info.high));
   }
   CHECK(near(lighter[decid::sim::Kp].high / protocol.experiment.body.mgh(),
              protocol.parameters()[decid::sim::Kp].high / mgh, 1e-12));

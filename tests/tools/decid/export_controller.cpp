@@ -249,7 +249,7 @@ TEST_CASE("simulate: default gains are the middle of the ranges of the protocol'
   const double ratio = person.mgh() / sim::Body{}.mgh();
   for (const sim::ParameterInfo& info : table)
     options += " --" + info.option +
-               format(" %.17g", info.per_mgh ? 0.5 * (ratio * info.low + ratio * info.high) : info.middle());
+               format(" %.17g", info.scales_with_mgh ? 0.5 * (ratio * info.low + ratio * info.high) : info.middle());
   run_ok("simulate --quiet" + protocol + " -o " + folder / "a.csv");
   run_ok("simulate --quiet" + protocol + options + " -o " + folder / "b.csv");
   CHECK(read_text(folder / "a.csv") == read_text(folder / "b.csv"));

@@ -25,7 +25,7 @@ TEST_CASE("fit gives identify's keys and the posterior" * doctest::test_suite("s
     CHECK(parameter["name"] == info.name);
     CHECK(parameter["unit"] == info.unit);
     CHECK(parameter["sd"].get<double>() > 0);
-    CHECK(parameter["normalized_interval90"].is_null() != info.per_mgh);
+    CHECK(parameter["normalized_interval90"].is_null() != info.scales_with_mgh);
     double before = info.low;
     for (const double limit :
          {parameter["interval90"][0].get<double>(), parameter["interval50"][0].get<double>(),
@@ -103,6 +103,12 @@ TEST_CASE("fit: ranges and priors of parameters, a subject's body, and known val
   CHECK(recording["slow_noise_deg"]["memory_s"].get<double>() > 0.0);
   CHECK(recording["diagnostics"]["rhat"].size() == 10);
   CHECK(contains(read_text(folder / "d.npz"), "slow_noise_deg.npy"));
+  const auto noise_deg = [&](const std::string& prior) {
+    return first_recording("fit --quiet --json" + with_brief_protocol(folder) + "--max-draws 8 --prior-noise " + prior +
+                           " " + folder / "t.csv")["sensor_noise_deg"]["value"]
+        .get<double>();
+  };
+  CHECK(noise_deg("0.0001") < noise_deg("5"));
 }
 
 TEST_CASE("fit: controllers are compared, parameters fixed; a journal of other controllers is refused") {

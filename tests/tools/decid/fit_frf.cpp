@@ -32,7 +32,7 @@ TEST_CASE("fit --frf gives fit's keys, and the information of the table") {
     CHECK(parameter["sd"].get<double>() > 0.0);
     CHECK(parameter["prior_sd"].get<double>() > 0.0);
     CHECK(parameter["contraction"].get<double>() >= 0.0);
-    CHECK(parameter["normalized_interval90"].is_null() != table[p].per_mgh);
+    CHECK(parameter["normalized_interval90"].is_null() != table[p].scales_with_mgh);
     CHECK(parameter["interval90"][0].get<double>() >= table[p].low);
     CHECK(parameter["interval90"][1].get<double>() <= table[p].high);
     CHECK(json["diagnostics"]["rhat"][table[p].name].get<double>() < 1.02);

@@ -94,7 +94,7 @@ TEST_CASE("identify prints, writes JSON and a report") {
     CHECK(parameter.at("name") == info.name);
     CHECK(parameter.at("unit") == info.unit);
     CHECK(near(parameter.at("range").at(1).get<double>(), info.high, 1e-15));
-    if (info.per_mgh)
+    if (info.scales_with_mgh)
       CHECK(near(parameter.at("normalized").get<double>(),
                  parameter.at("value").get<double>() / decid::sim::Body{}.mgh(), 1e-15));
     else

@@ -115,6 +115,6 @@ TEST_CASE("a network alone: what exported C does not have is refused") {
   nn::write_network(made("conv 3 3x3"), path);
   test::check_refused("export c " + path + " -o " + folder / "c", "9 x 7 planes");
   nn::write_network(made(), path);
-  for (const char* flag : {"--int8", "--incremental", "--familiarity", "--mass 70 --height 1.7"})
+  for (const char* flag : {"--int8", "--incremental", "--ood-score", "--mass 70 --height 1.7"})
     test::check_refused("export c " + path + " " + flag + " -o " + folder / "c");
 }

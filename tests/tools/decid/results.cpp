@@ -63,7 +63,7 @@ TEST_CASE("fourteen parameters as results: JSON, text and page") {
     CHECK(parameters[p].at("unit") == info.unit);
     CHECK(parameters[p].at("value") == values(2)[p]);
     CHECK(parameters[p].at("true") == values(1)[p]);
-    CHECK(parameters[p].at("normalized").is_null() != info.per_mgh);
+    CHECK(parameters[p].at("normalized").is_null() != info.scales_with_mgh);
     CHECK_FALSE(parameters[p].contains("sd"));  // point estimates do not say how sure they are
     CHECK_FALSE(parameters[p].contains("interval90"));
     CHECK(text.find("(" + info.name + ")") != std::string::npos);
@@ -113,7 +113,7 @@ TEST_CASE("fourteen parameters as a distribution: JSON, text and page") {
     const double low = found.quantile(quantity, 0.05), high = found.quantile(quantity, 0.95);
     CHECK(test::near(parameter.at("interval90")[0].get<double>(), low, 1e-14));
     CHECK(test::near(parameter.at("interval90")[1].get<double>(), high, 1e-14));
-    if (table()[p].per_mgh)
+    if (table()[p].scales_with_mgh)
       CHECK(test::near(parameter.at("normalized_interval90")[1].get<double>(), high / mgh, 1e-14));
     else
       CHECK(parameter.at("normalized_interval90").is_null());

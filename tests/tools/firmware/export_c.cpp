@@ -105,7 +105,7 @@ void check_bits(Model model, int trials, const std::string& options, std::size_t
       expected += test::said_bytes(model, body, std::span(outputs).subspan(i, width));
   }
   std::string defines;
-  if (options.find("--familiarity") != std::string::npos) {
+  if (options.find("--ood-score") != std::string::npos) {
     defines += " -DFAMILIARITY";
     expected = with_distances(model, body, data, expected);
   }
@@ -155,7 +155,7 @@ class Square final : public nn::OperationOf<Square> {
 
 TEST_CASE("the firmware model on the host: the bits of identify in every compiler, whole and as samples arrive" *
           doctest::test_suite("slow")) {
-  check_bits(load_model(test::firmware_model), 4, "--incremental --familiarity", 99);
+  check_bits(load_model(test::firmware_model), 4, "--incremental --ood-score", 99);
   check_bits(load_model(test::firmware_model), 4, "--incremental --int8", 4);
 }
 
@@ -241,7 +241,7 @@ TEST_CASE("exported networks have the bits of identify for every kind of layer a
                "--incremental --int8", 1);
   }
   SUBCASE("the built-in model") {
-    check_bits(built_in_model(), 2, "--familiarity", 1, sim::Participant{.mass_kg = 60.0, .height_m = 1.65});
+    check_bits(built_in_model(), 2, "--ood-score", 1, sim::Participant{.mass_kg = 60.0, .height_m = 1.65});
   }
 }
 

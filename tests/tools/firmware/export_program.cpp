@@ -15,13 +15,13 @@ TEST_CASE("export c --json: sizes, and the body of the parameters") {
   const auto own = run_json(call);
   CHECK(own["body"]["assumed"] == true);
   CHECK(own["body"]["mass_kg"] == sim::Body{}.mass_kg);
-  CHECK(own["familiarity_bytes"] == 0);
-  const auto told = run_json(call + "--familiarity --mass 60 --height 1.8");
+  CHECK(own["ood_score_bytes"] == 0);
+  const auto told = run_json(call + "--ood-score --mass 60 --height 1.8");
   const sim::Body body = sim::make_body(sim::make_segments({.mass_kg = 60.0, .height_m = 1.8}));
   CHECK(told["body"]["assumed"] == false);
   CHECK(told["body"]["com_height_m"] == body.com_height_m);
   CHECK(told["body"]["inertia_kgm2"] == body.inertia_kgm2);
-  CHECK(told["familiarity_bytes"] == 4 * (176 + 176 * 177 / 2));
+  CHECK(told["ood_score_bytes"] == 4 * (176 + 176 * 177 / 2));
 }
 
 TEST_CASE("export c: text output, and the default file name") {
@@ -88,10 +88,10 @@ TEST_CASE("bad input of decid export") {
     fails("c " + model + " --name " + name + out, "is the name of a header of C");
     fails("controller --name " + std::string(name) + out, "is the name of a header of C");
   }
-  fails("c " + model + " --int8 --familiarity" + out, "not of 8-bit integers");
+  fails("c " + model + " --int8 --ood-score" + out, "not of 8-bit integers");
   test::write_text(folder / "knows.safetensors",
                    to_bytes(test::made_up_model(sim::short_protocol(), {.window = 1000}, "fc 9; fc 7")));
-  fails("c " + folder / "knows.safetensors" + " --familiarity" + out, "has no features of its training trials");
+  fails("c " + folder / "knows.safetensors" + " --ood-score" + out, "has no features of its training trials");
   // More layers than a byte can number.
   std::string deep = "conv 1 1x1";
   for (int i = 0; i < 260; ++i) deep += "; conv 1 1x1";

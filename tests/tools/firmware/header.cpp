@@ -70,12 +70,12 @@ TEST_CASE("a model's header has the body for which it answers, and the parameter
 
 TEST_CASE("a model in 8 bits has no distance, and its header says why") {
   const Folder folder;
-  for (const std::string form : {"", " --int8", " --familiarity"}) {
+  for (const std::string form : {"", " --int8", " --ood-score"}) {
     CAPTURE(form);
     run_ok("export c " + test::firmware_model + form + " --name model --quiet -o " + folder / "c");
     const std::string header = read_text(folder / "c/model.h");
-    CHECK(contains(header, "#define MODEL_GIVES_DISTANCE 1\n") == (form == " --familiarity"));
-    CHECK(contains(header, "int model_distance(") == (form == " --familiarity"));
+    CHECK(contains(header, "#define MODEL_GIVES_DISTANCE 1\n") == (form == " --ood-score"));
+    CHECK(contains(header, "int model_distance(") == (form == " --ood-score"));
     CHECK(contains(header, "/* In 8 bits there is no distance") == (form == " --int8"));
   }
 }

@@ -223,7 +223,7 @@ TEST_CASE("exported C is refused by compilers whose double is not of 64 bits, or
 
 TEST_CASE("exported C whose outputs are not finite says so, and writes nothing") {
   const Folder folder;
-  run_ok("export c " + test::firmware_model + " --name model --familiarity --incremental --quiet -o " + folder / "c");
+  run_ok("export c " + test::firmware_model + " --name model --ood-score --incremental --quiet -o " + folder / "c");
   const std::string of_model = R"(
 static model_arena arena;
 static float image[MODEL_IMAGE_CHANNELS * MODEL_IMAGE_ROWS * MODEL_IMAGE_COLUMNS], sway[MODEL_SAMPLES];

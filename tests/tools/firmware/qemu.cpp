@@ -84,7 +84,7 @@ void check_familiarity(const std::string& cpu, const std::string& name, const Mo
                        const std::string& without) {
   const Folder folder;
   const dataset::Dataset data = test::noisy_trials(model, 1, 79);
-  const std::string costs = run_example(folder, "--familiarity --cpu " + cpu, data);
+  const std::string costs = run_example(folder, "--ood-score --cpu " + cpu, data);
   check_costs(costs, 1);
   check_written("docs/guide/firmware.md", familiarity_row(name, costs, without));
   const std::span<const float> sway = data.trial(0);

@@ -98,7 +98,7 @@ int main(void) {
 
 TEST_CASE("the example's verdict: deviations and distance") {
   const Folder folder;
-  run_ok("export c --familiarity --name posture --quiet -o " + folder / "c");
+  run_ok("export c --ood-score --name posture --quiet -o " + folder / "c");
   const std::string header = read_text(folder / "c/posture.h");
   CHECK(contains(header, "#define POSTURE_DISTANCE_USABLE 0.77\n"));
   CHECK(contains(header, "#define POSTURE_DISTANCE_NOT_USABLE 1.17\n"));
@@ -137,7 +137,7 @@ int main(void) {
 
 TEST_CASE("the example's verdict of the built-in model: a simulated trial, and the trial with the other sign") {
   const Folder folder;
-  run_ok("export c --familiarity --name posture --quiet -o " + folder / "c");
+  run_ok("export c --ood-score --name posture --quiet -o " + folder / "c");
   run_ok("simulate --seed 20 --nv 0.2 --quiet -o " + folder / "t.csv");
   run_ok("export sway " + folder / "t.csv" + " --quiet -o " + folder / "0.bin");
   const std::string bytes = read_text(folder / "0.bin");

@@ -98,7 +98,7 @@ TEST_CASE("the data are those of the identification") {
     CHECK(parameter["name"] == sim::single_pendulum().parameters[i].name);
     CHECK(near(parameter["value"].get<double>(), made.estimate.parameters[i], six_digits));
     CHECK(near(parameter["true"].get<double>(), (*made.truth)[i], six_digits));
-    CHECK(parameter["normalized"].is_number() == sim::single_pendulum().parameters[i].per_mgh);
+    CHECK(parameter["normalized"].is_number() == sim::single_pendulum().parameters[i].scales_with_mgh);
   }
   CHECK(near(shown["parameters"][0]["normalized"].get<double>(), 838.99 / sim::Body{}.mgh(), six_digits));
 }

@@ -91,7 +91,7 @@ TestVector test_vector(const Model& model, const ForBody& body, const FirmwarePl
     nn::Predictor predictor(model.network, 1);
     std::vector<float> features(static_cast<std::size_t>(predictor.feature_count()));
     predictor.run(image, test.outputs, features);
-    if (plan.options.familiarity) test.distance = model.ood_detector.distance(features) / model.ood_detector.usual;
+    if (plan.options.ood_score) test.distance = model.ood_detector.distance(features) / model.ood_detector.usual;
   }
   for (const double value : body.from_model(model, model.decode(test.outputs)))
     test.parameters.push_back(static_cast<float>(value));
@@ -120,9 +120,9 @@ void print_written(const ExportOptions& options, const std::string& name, const 
 
 /// Exports a network without protocol, image and head: from its input to its outputs.
 void export_alone(const ExportOptions& options, const nn::Network<float>& network, const std::string& name) {
-  if (options.firmware.incremental || options.firmware.int8 || options.firmware.familiarity || options.body.mass_kg)
+  if (options.firmware.incremental || options.firmware.int8 || options.firmware.ood_score || options.body.mass_kg)
     throw Error(Code::setting_conflict, options.model,
-                "is a network without a model, so --incremental, --int8, --familiarity and --mass cannot be used",
+                "is a network without a model, so --incremental, --int8, --ood-score and --mass cannot be used",
                 "leave them out, or give a model");
   const std::string hash = nn::weights_sha256(network);
   const std::string origin = format("Made by decid %s from %s, weights SHA-256\n   %s.", version,
@@ -152,11 +152,11 @@ void export_model(const ExportOptions& options) {
                  : "");
   write_files(options.output, name, Kind::model, firmware_files(model, body, plan, test, name, origin));
   std::string rest = format("; all feature maps whole: %lld", plan.whole_map_bytes());
-  if (plan.options.familiarity)
-    rest += format("\n%lld bytes more for the feature distance of a trial", familiarity_bytes(model, plan));
+  if (plan.options.ood_score)
+    rest += format("\n%lld bytes more for the feature distance of a trial", ood_score_bytes(model, plan));
   print_written(options, name, plan,
                 {{"whole_map_bytes", plan.whole_map_bytes()},
-                 {"familiarity_bytes", familiarity_bytes(model, plan)},
+                 {"ood_score_bytes", ood_score_bytes(model, plan)},
                  {"body", body_json(body.protocol.experiment.body, body.assumed)},
                  {"lines", plan.stream_rows ? "rows" : "columns"}},
                 hash, rest);
@@ -175,7 +175,7 @@ void add_export_c(const Command& parent) {
   command.add_flag("--incremental", options->firmware.incremental,
                    "Add functions that take samples as they arrive and spread the work");
   command.add_flag("--int8", options->firmware.int8, "Store weights and activations as 8-bit integers");
-  command.add_flag("--familiarity", options->firmware.familiarity,
+  command.add_flag("--ood-score,--familiarity", options->firmware.ood_score,
                    "Add a function that scores how far a trial is from the training trials");
   add_body_options(command, options->body);
   command.footer(
@@ -300,7 +300,7 @@ void export_controller(ControllerOptions options, const Command& command) {
   const double ratio = chosen.body ? body.mgh() / chosen.body->mgh() : 1.0;
   sim::Parameters parameters = chosen.parameters;
   for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (model.parameters[i].per_mgh) parameters[i] *= ratio;
+    if (model.parameters[i].scales_with_mgh) parameters[i] *= ratio;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const sim::ParameterInfo& info = model.parameters[i];
     if (!given[i] && parameters[i] < info.least)  // a network may answer a little less

@@ -114,8 +114,8 @@ std::vector<posterior::ParameterPrior> parameter_priors(const PriorTexts& texts,
     const auto found = std::ranges::find(all, name, &ParameterPrior::name);
     return found != all.end() ? *found : all.emplace_back(ParameterPrior{.name = name});
   };
-  const auto read = [&](const std::vector<std::string>& of_option, std::size_t count, const char* option, const char* form,
-                        auto member, const auto& value_of) {
+  const auto read = [&](const std::vector<std::string>& of_option, std::size_t count, const char* option,
+                        const char* form, auto member, const auto& value_of) {
     for (const std::string& text : of_option) {
       const NamedNumbers given(text, count, option, form, table);
       auto& value = prior_of(given.name).*member;
@@ -256,7 +256,7 @@ std::optional<FitJournal> journal_of(const FitOptions& options, const std::strin
 
 /// Returns the report of the recordings whose fit began, with the groups of the table of all recordings.
 Report report_of_begun(const FitOptions& options, const PlanFitter& fitter, FitResults results, GroupTable groups,
-                   std::vector<std::size_t>& places) {
+                       std::vector<std::size_t>& places) {
   Report report = fitter.report();
   std::vector<GroupMember> members;
   for (std::size_t i = 0; i < results.size(); ++i) {

@@ -102,7 +102,7 @@ Json controllers_json() {
                             {"unit", p.unit},
                             {"low", p.low},
                             {"high", p.high},
-                            {"scales_with_mgh", p.per_mgh}});
+                            {"scales_with_mgh", p.scales_with_mgh}});
     list.push_back({{"name", model->name},
                     {"description", model->description},
                     {"source", model->source},

@@ -228,7 +228,8 @@ std::string comparison_text(const std::vector<FrfAnswer>& answers) {
   for (const FrfAnswer& answer : answers) {
     const posterior::ComparedModel& compared = answer.compared;
     text += format("  %-10s %24.1f %26s %8.2f %15.1f%%\n", answer.controller().name.c_str(), compared.log_density,
-                   difference_text(compared.difference, compared.standard_error).c_str(), compared.weight, 100.0 * answer.found.left());
+                   difference_text(compared.difference, compared.standard_error).c_str(), compared.weight,
+                   100.0 * answer.found.left());
   }
   return text + "  log predictive density: sum over the rows of log p(row | all other rows), nats\n";
 }

@@ -138,10 +138,11 @@ ResultTable wide_table(const Report& report) {
     append(row, body_cells(report, id));
     const double mgh = id.error ? 1.0 : report.protocol_for(id).experiment.body.mgh();
     for (std::size_t p = 0; p < parameters.size(); ++p)
-      append(row, id.error ? std::vector<Cell>(2)
-                           : std::vector<Cell>{number_cell(figures[p].sd), report.protocol.parameters()[p].per_mgh
-                                                                               ? Cell{figures[p].value / mgh}
-                                                                               : Cell{}});
+      append(row, id.error
+                      ? std::vector<Cell>(2)
+                      : std::vector<Cell>{number_cell(figures[p].sd), report.protocol.parameters()[p].scales_with_mgh
+                                                                          ? Cell{figures[p].value / mgh}
+                                                                          : Cell{}});
     append(row, check_cells(id));
     const posterior::Posterior* const found = posterior_of(id);
     const bool has_diagnostics = found != nullptr && !found->rhat().empty();
@@ -178,7 +179,7 @@ ResultTable long_table(const Report& report) {
         const Figures& of = figures[p];
         const double mgh = report.protocol_for(id).experiment.body.mgh();
         const auto over = [&](const std::optional<double>& value) {
-          return parameters[p].per_mgh && value ? Cell{*value / mgh} : Cell{};
+          return parameters[p].scales_with_mgh && value ? Cell{*value / mgh} : Cell{};
         };
         const bool has_diagnostics = found != nullptr && found->rhat().size() > p;
         append(row, {parameters[p].name, parameters[p].unit, of.value, number_cell(of.sd), number_cell(of.low50),

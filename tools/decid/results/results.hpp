@@ -21,9 +21,9 @@ inline const std::vector<std::string> options_reported_elsewhere{
     "--threads",  "--quiet",  "--json",       "--protocol", "--model",  "--recursive", "--long",
     "--excel",    "--study",  "--controller", "--figures",  "--within", "--covariates"};
 /// Options that no output's content depends on, and the recordings, whose files Report::arguments has.
-inline const std::vector<std::string> options_without_effect{"recordings", "--output",    "--draws",   "--report",  "--table",
-                                                   "--long",     "--excel",     "--resume",  "--threads", "--quiet",
-                                                   "--json",     "--recursive", "--figures", "--figure"};
+inline const std::vector<std::string> options_without_effect{
+    "recordings", "--output",  "--draws", "--report", "--table",     "--long",    "--excel",
+    "--resume",   "--threads", "--quiet", "--json",   "--recursive", "--figures", "--figure"};
 /// Returns the call without its seed. inputs: all files that were read; empty names do not count. named: the
 /// recordings' files in the call.
 Call record_call(const Command& command, const std::vector<std::string>& inputs,

@@ -26,7 +26,7 @@ Json parameters_json(const sim::ParameterTable& table, const sim::Parameters& pa
   for (std::size_t p = 0; p < table.size(); ++p) {
     const sim::ParameterInfo& info = table[p];
     Json parameter{{"name", info.name}, {"value", number(parameters[p])}, {"unit", info.unit}};
-    parameter["normalized"] = info.per_mgh ? number(parameters[p] / mgh) : Json(nullptr);
+    parameter["normalized"] = info.scales_with_mgh ? number(parameters[p] / mgh) : Json(nullptr);
     if (truth) parameter["true"] = number((*truth)[p]);
     list.push_back(std::move(parameter));
   }

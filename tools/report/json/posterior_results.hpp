@@ -40,7 +40,7 @@ void add_found(Json& parameter, const Found& found, std::size_t p, const sim::Pa
   parameter["sd"] = found.stddev(quantity);
   parameter["interval50"] = interval(found, quantity, 0.5);
   parameter["interval90"] = interval(found, quantity, 0.9);
-  parameter["normalized_interval90"] = info.per_mgh ? interval(found, quantity, 0.9, mgh) : Json(nullptr);
+  parameter["normalized_interval90"] = info.scales_with_mgh ? interval(found, quantity, 0.9, mgh) : Json(nullptr);
 }
 
 /// Returns the correlations of the parameters, row by row.
@@ -84,7 +84,7 @@ inline int name_width(const sim::ParameterTable& table) {
 
 /// Returns a value relative to gravity, in degrees per second or in milliseconds; empty for a plain number.
 inline std::string in_other_unit(const sim::ParameterInfo& info, double value, double mgh) {
-  if (info.per_mgh) return format(info.unit == "N m/rad" ? "%.3f m g h" : "%.3f s m g h", value / mgh);
+  if (info.scales_with_mgh) return format(info.unit == "N m/rad" ? "%.3f m g h" : "%.3f s m g h", value / mgh);
   if (info.unit == "rad/s") return format("%.3f deg/s", value / sim::rad_per_deg);
   return info.unit == "s" ? format("%.0f ms", 1e3 * value) : std::string();
 }
