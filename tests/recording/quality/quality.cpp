@@ -68,7 +68,7 @@ TEST_CASE("stretches that stand still are found, with their share") {
   check_only(found(values), "frozen", Severity::caution, "2 stretches, the longest 1 s, the first from 10 s on, 3.25%");
   std::vector<double> rest = sway(0.02);
   for (std::size_t k = 0; k < 30; ++k) rest[k] = 0.0;
-  CHECK(found(rest).empty());
+  check_only(found(rest), "jumps", Severity::caution, "");
   std::vector<double> held = sway(0.02);
   for (std::size_t k = 0; k < held.size(); ++k)
     held[k] = held[k - k % 2];  // a sensor of half the rate stands still by design
