@@ -108,13 +108,16 @@ void refuse_length(const Recording& recording, const sim::Protocol& protocol, do
   std::string remedy = "give whole trials of the protocol, or use your own model";
   if (in_memory(recording)) throw Error(Code::recording_too_short, where(recording), problem, remedy);
   if (whole >= 1 && whole < cycles) {
-    const std::string lacks =
-        start_s < 0.0 ? "has" : "lacks the last " + six_digits(protocol.duration_s() - left_s) + " s, and has";
-    problem += "; the recording " + lacks + " only " + std::to_string(whole) + " of its " + std::to_string(cycles) +
+    const std::string short_s = six_digits(protocol.duration_s() - left_s) + " s";
+    const std::string verb = start_s < 0.0   ? "has"
+                             : start_s > 0.0 ? "lacks the last " + short_s + ", and has"
+                                             : "is " + short_s + " too short, and has";
+    problem += "; the recording " + verb + " only " + std::to_string(whole) + " of its " + std::to_string(cycles) +
                " whole cycles";
     const double unused_s = left_s - protocol.duration_s() + (cycles - whole) * protocol.experiment.cycle_s();
     if (unused_s > 1.0 / recording.rate_hz) problem += "; the other " + six_digits(unused_s) + " s would not be used";
-    remedy = "repeat the trial in full; or " + to_write(protocol) + ", set its cycles to " + std::to_string(whole) +
+    remedy = "give " + setting("rate") + " if the time column is wrong; or repeat the trial in full; or " +
+             to_write(protocol) + ", set its cycles to " + std::to_string(whole) +
              ", give it a new name, and use it as " + setting("protocol") + " of a fit, or of a training with " +
              setting("stream") + " for your own model";
   } else {

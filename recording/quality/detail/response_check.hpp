@@ -46,6 +46,8 @@ class ResponseCheck {
   /// Returns the response of a signal that has the tilt's number of samples and starts shift_s, -3 to 3, after it.
   /// Returns zeros for trials under 40 s, and for a constant.
   Response response_of(std::span<const double> signal_rad, double shift_s = 0.0) const;
+  /// Returns the number of blocks of the trial, in which the check counts a gain.
+  std::size_t blocks() const noexcept { return blocks_; }
 
  private:
   bool is_short() const;  ///< too short for this check
