@@ -164,11 +164,12 @@ TEST_CASE("fit: Ctrl-C keeps the draws" * doctest::test_suite("slow")) {
                                     "; exec " DECID_PROGRAM " fit --threads 1 --max-draws 50" +
                                     with_brief_protocol(folder) + files + " -o " + folder / "o.json" + " --report " +
                                     folder / "r.html" + " >" + folder / "out");
-  const int status = std::system(("err=" + folder / "err" + "; script -qefc 'sh " + folder / "fit.sh" +
-                                  "' $err >/dev/null </dev/null & child=$!; " + "while kill -0 $child && ! { [ -s " +
-                                  folder / "o.json.journal" + " ] && grep -q R-hat $err; }; do sleep 0.02; " +
-                                  "done; kill -INT $(cat " + folder / "pid" + "); wait $child")
-                                     .c_str());
+  const int status =
+      std::system(("err=" + folder / "err" + "; script -qefc 'sh " + folder / "fit.sh" +
+                   "' $err >/dev/null </dev/null & child=$!; " + "while kill -0 $child && ! { [ -s " +
+                   folder / "o.json.journal" + " ] && grep -q \"drawing, R-hat\" $err; }; do sleep 0.02; " +
+                   "done; kill -INT $(cat " + folder / "pid" + "); wait $child")
+                      .c_str());
   const std::string out = read_text(folder / "out"), err = read_text(folder / "err");
   CAPTURE(err);
   REQUIRE((WIFEXITED(status) && WEXITSTATUS(status) == 130));
