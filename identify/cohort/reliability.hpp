@@ -4,8 +4,9 @@
 // participants, k visits, and the rest.
 //   ICC(2,1) = (MSR - MSE) / (MSR + (k - 1) MSE + k (MSC - MSE) / n)    one visit of a person
 //   ICC(2,k) = (MSR - MSE) / (MSR + (MSC - MSE) / n)                    the mean of all k
-// irr takes the degrees of freedom of each interval at its own ICC. R's psych::ICC steps the interval of ICC(2,1) up by
-// Spearman and Brown's formula instead, which gives slightly other ends for ICC(2,k).
+// irr takes the degrees of freedom of each interval at its own ICC. For ICC(2,k) irr uses k times McGraw and Wong's a,
+// ICC / (n (1 - ICC)). R's psych::ICC steps the interval of ICC(2,1) up by Spearman and Brown's formula instead, which
+// gives slightly other ends for ICC(2,k).
 //   standard error of measurement: root of MSE + max(0, MSC - MSE) / n, which counts that visits differ for everybody
 //   minimal detectable change = 1.96 sqrt(2) standard errors (J. Weir, J. Strength Cond. Res. 19 (2005) 231-240)
 // The rest is partly the recording's own uncertainty, which a posterior states, and partly the person's. The mean of a
