@@ -38,14 +38,18 @@ std::string group_text(const Group& group, const sim::ParameterTable& table) {
   return group.participants == 1 ? text + "    one person: no standard deviation; record more people\n" : text;
 }
 
-/// Returns the labels of a table's rows, "Kp, N m/rad", all of one width. per: what follows the unit, such as " per
-/// kg".
+/// Returns "Kp, N m/rad". per: what follows the unit, such as " per kg".
+std::string name_and_unit(const sim::ParameterInfo& info, const std::string& per = {}) {
+  const std::string unit = info.shown_unit() + per;
+  return info.name + (unit.empty() ? "" : "," + std::string(unit.starts_with(' ') ? "" : " ") + unit);
+}
+
+/// Returns name_and_unit() of a table's rows, all of one width.
 std::vector<std::string> row_labels(const sim::ParameterTable& table, const std::string& per = {}) {
   std::vector<std::string> labels;
   std::size_t width = 0;
   for (const sim::ParameterInfo& info : table) {
-    const std::string unit = info.shown_unit() + per;
-    labels.push_back(info.name + (unit.empty() ? "" : "," + std::string(unit.starts_with(' ') ? "" : " ") + unit));
+    labels.push_back(name_and_unit(info, per));
     width = std::max(width, labels.back().size());
   }
   for (std::string& label : labels) label.resize(width, ' ');
@@ -233,8 +237,8 @@ std::string reliability_text(const Report& report, const sim::ParameterTable& ta
   if (text.empty()) return text;
   return "Repeated visits: how reliable is a value?\n" + text +
          "  SEM: standard error of measurement. MDC: minimal detectable change of the printed values. These show only "
-         "a "
-         "part\n  of a person's change: decid detects a true change above MDC / shown.\n";
+         "a part\n  of a person's change: decid detects a true change above MDC / shown. -: the data do not determine "
+         "it.\n";
 }
 
 /// Returns each person's changes, with a star where the 95% interval excludes 0.
@@ -244,21 +248,24 @@ std::string changes_text(const cohort::Result& found, const sim::ParameterTable&
   for (const cohort::Change& change : found.changes)
     width = std::max(width, one_line(found.visits[change.first].participant).size());
   std::string text =
-      "Changes of each person, hierarchical model (* the 95% interval excludes 0; else within "
-      "measurement error):\n";
+      "Changes of each person, hierarchical model (* the 95% interval excludes 0; else within measurement error; "
+      "intervals: --json):\n";
   std::size_t comparison = found.comparisons.size();
   for (const cohort::Change& change : found.changes) {
     if (change.comparison != comparison) {
       comparison = change.comparison;
       text += "  " + difference_name(found, found.comparisons[comparison]) + "\n    " + std::string(width, ' ');
-      for (const sim::ParameterInfo& info : table) text += format(" %12s", info.name.c_str());
+      for (const sim::ParameterInfo& info : table) text += format(" %12s", name_and_unit(info).c_str());
       text += "\n";
     }
     std::string name = one_line(found.visits[change.first].participant);
     name.resize(width, ' ');
     text += "    " + name;
-    for (std::size_t p = 0; p < table.size(); ++p)
-      text += format(" %12s", format(change.changed(p) ? "*%.3g" : "%.3g", change.difference[p].mean).c_str());
+    for (std::size_t p = 0; p < table.size(); ++p) {
+      const std::string value = format(change.changed(p) ? "*%.3g" : "%.3g", change.difference[p].mean);
+      // as wide as its heading
+      text += format(" %*s", std::max(12, static_cast<int>(name_and_unit(table[p]).size())), value.c_str());
+    }
     text += "\n";
   }
   return text;

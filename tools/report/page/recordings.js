@@ -241,12 +241,12 @@ function covariateTable({ name, mean, unknown, parameters }) {
 function reliabilityTable({ groups, participants, parameters }) {
   const rows = parameters.filter(parameter => !absent(parameter.standard_error)).map(parameter => {
     const shown = shownAs(parameter), inUnit = value => compact(shown.factor * value), interval = parameter.icc_single_interval95;
-    return element("tr", {}, nameCell(shown), cell("ICC(2,1)", fixed(parameter.icc_single, 2)), cell("95%", interval.every(absent) ? "\u2013" : between(interval, 2)),
+    return element("tr", {}, nameCell(shown), cell("ICC(2,1)", fixed(parameter.icc_single, 2)), cell("95%", interval.every(absent) ? "n/a" : between(interval, 2)),
       cell("SEM", inUnit(parameter.standard_error)), cell("MDC", inUnit(parameter.minimal_detectable_change)), cell("Shown", percent(parameter.shown_fraction)));
   });
   return element("div", {}, element("h3", {}, `${groups[0]} and ${groups[1]}, reliability`), element("div", { class: "scroll" }, element("table", { class: "answer compared reliability" },
     element("caption", {}, `${peopleText(participants)} in both. SEM: standard error of measurement. MDC: minimal detectable change of the values above. These show only a part of a ` +
-      "person\u2019s change: decid detects a true change above MDC / shown."),
+      "person\u2019s change: decid detects a true change above MDC / shown. n/a: the data do not determine it."),
     element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), ...["ICC(2,1)", "95% interval", "SEM", "MDC", "Shown"].map(numberHeading))),
     element("tbody", {}, ...rows))));
 }

@@ -186,6 +186,10 @@ TEST_CASE("groups of recordings with distributions also have a hierarchical mode
         std::ranges::count_if(model["changes"][0]["parameters"],
                               [](const Json& one) { return one["changed"].get<bool>(); }));
   CHECK(std::ranges::count(person, '*') > 0);
+  const std::size_t above = text.rfind('\n', text.find("\n    s0 ") - 1);
+  const std::string heading = text.substr(above, text.find("\n    s0 ") - above);
+  CHECK(contains(heading, " Kp, N m/rad "));
+  CHECK(heading.size() == person.size());         // the columns stand below their headings
   const std::string whole = report_text(report);  // the verdicts stand above the recordings
   CHECK(whole.starts_with("6 recordings: 6 usable\nDo the groups differ?"));
   CHECK(whole.find("Groups: mean") > whole.find("f ()"));
