@@ -203,7 +203,8 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
                         static_cast<long long>(std::ceil((recorded_s - place.start_s) * rate - length_rounding)) - 1);
   const auto most = static_cast<long long>(missing_limit * static_cast<double>(needed));
   if (place.first > most || needed - 1 - place.last > most || 2 * (place.last - place.first) < needed) {
-    refuse_length(recording, protocol, place.start_s);
+    const bool is_known = options.start_s || trial.tilt;
+    refuse_length(recording, protocol, is_known ? std::optional(place.start_s) : std::nullopt);
   }
   if (tilt && options.start_s) {
     trial.tilt_at_given_start = check_at_start(plan, from_hz, *options.start_s, recording);

@@ -94,7 +94,8 @@ std::string to_write(const sim::Protocol& protocol) {
   return "copy its protocol's file";
 }
 
-void refuse_length(const Recording& recording, const sim::Protocol& protocol, double start_s) {
+void refuse_length(const Recording& recording, const sim::Protocol& protocol, std::optional<double> known_start_s) {
+  const double start_s = known_start_s.value_or(0.0);
   const auto needed = static_cast<std::size_t>(protocol.samples());
   const double left_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz - std::max(start_s, 0.0);
   const int cycles = protocol.experiment.cycles();
@@ -110,7 +111,7 @@ void refuse_length(const Recording& recording, const sim::Protocol& protocol, do
   if (whole >= 1 && whole < cycles) {
     const std::string short_s = six_digits(protocol.duration_s() - left_s) + " s";
     const std::string verb = start_s < 0.0   ? "has"
-                             : start_s > 0.0 ? "lacks the last " + short_s + ", and has"
+                             : known_start_s ? "lacks the last " + short_s + ", and has"
                                              : "is " + short_s + " too short, and has";
     problem += "; the recording " + verb + " only " + std::to_string(whole) + " of its " + std::to_string(cycles) +
                " whole cycles";

@@ -2,6 +2,7 @@
 // warnings. Not installed.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,8 +34,10 @@ std::vector<SampleRange> gaps_in_trial(const std::vector<SampleRange>& gaps, dou
 /// Returns the advice for writing a protocol like this one with other settings.
 std::string to_write(const sim::Protocol& protocol);
 
-/// Throws Error for a recording that has too few samples after the protocol's start.
-[[noreturn]] void refuse_length(const Recording& recording, const sim::Protocol& protocol, double start_s);
+/// Throws Error for a recording that has too few samples after the protocol's start. known_start_s: the start, in s
+/// after the first sample, if it was given or a measured tilt tells it.
+[[noreturn]] void refuse_length(const Recording& recording, const sim::Protocol& protocol,
+                                std::optional<double> known_start_s);
 /// Warns of ignored samples of a longer recording and of invented samples of a shorter one. Without a start, one
 /// warning names the ignored samples and time 0 if the times begin before 0 and the protocol fits behind time 0.
 void warn_of_length(Recording& recording, const sim::Protocol& protocol, const TrialPlacement& place,

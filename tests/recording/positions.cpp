@@ -168,10 +168,25 @@ TEST_CASE("a hip that moves is warned of where columns of leg and trunk stand be
   CHECK(warned("com_sway_deg,leg_rad,trunk_rad", in_rad));
   CHECK(hip_warned(sway_deg, "x_deg,leg_deg,trunk_deg", both, {.column = "x_deg"}));
   CHECK(hip_warned(sway_deg, names, both, {.column = "com_sway_deg", .invert_sway = true}));
-  // Another quantity, another unit than the names say, and other angles cannot be compared.
+  CHECK(warned("com_sway_deg,leg_deg,trunk_rad",
+               [&](std::size_t k) { return format("%.6f,%.8f", leg_deg[k], trunk_deg[k] * sim::rad_per_deg); }));
+  const auto wrapped = [](double deg) { return deg < 0.0 ? deg + 360.0 : deg; };
+  CHECK(warned(names, [&](std::size_t k) {
+    return (k % 500 == 7 ? "" : format("%.6f", wrapped(leg_deg[k]))) + format(",%.6f", wrapped(trunk_deg[k]));
+  }));
+  // Deviations are compared over the samples that all three have.
+  std::vector<double> larger_deg = sway_deg;
+  for (std::size_t k = 0; k < n / 4; ++k) larger_deg[k] += 20.0 * std::sin(0.005 * static_cast<double>(k));
+  CHECK(hip_warned(larger_deg, names, [&](std::size_t k) { return k < n / 4 ? "," : both(k); }));
+  // A length is not compared, even if its numbers would fit as degrees; nor is a column of another name, as leg_V is.
   for (const char* header :
-       {"com_sway_deg,leg_mm,trunk_mm", "com_sway_deg,leg_V,trunk_V", "com_sway_deg,leg_rad,trunk_rad",
-        "com_sway_deg,leg_deg,trunk_rad", "com_sway_deg,knee_deg,trunk_deg"}) {
+       {"com_sway_deg,leg_mm,trunk_mm", "com_sway_deg,leg_V,trunk_V", "com_sway_deg,leg_deg,trunk_V",
+        "com_sway_deg,leg_mm,trunk_deg", "com_sway_deg,knee_deg,trunk_deg"}) {
+    CAPTURE(std::string(header));
+    CHECK_FALSE(warned(header, both));
+  }
+  // Numbers of another unit than the names say, and other angles, do not fit the sway.
+  for (const char* header : {"com_sway_deg,leg_rad,trunk_rad", "com_sway_deg,leg_deg,trunk_rad"}) {
     CAPTURE(std::string(header));
     CHECK_FALSE(warned(header, both));
   }

@@ -121,24 +121,30 @@ std::vector<double> join_segments(const std::vector<double>& leg, const std::vec
   return sway;
 }
 
-/// Removes steps of about 360 degrees, which programs cause that keep angles within one turn.
-void unwrap(std::vector<double>& rad, const std::string& name, Recording& recording) {
+/// Removes steps of about 360 degrees, which programs cause that keep angles within one turn. Returns whether there
+/// were any. Ignores NaN.
+bool unwrap(std::vector<double>& rad) {
   constexpr double turn = 360.0 * sim::rad_per_deg, margin = 60.0 * sim::rad_per_deg;
   double turns = 0.0, sum = 0.0;
+  std::size_t count = 0;
+  std::optional<double> before;
   bool any = false;
-  for (std::size_t k = 0; k < rad.size(); ++k) {
-    const double step = k > 0 ? rad[k] + turns * turn - rad[k - 1] : 0.0;
+  for (double& value : rad) {
+    if (std::isnan(value)) continue;
+    const double step = before ? value + turns * turn - *before : 0.0;
     if (std::abs(std::abs(step) - turn) < margin) {
       turns += step > 0.0 ? -1.0 : 1.0;
       any = true;
     }
-    if (turns != 0.0) rad[k] += turns * turn;  // keeps -0
-    sum += rad[k];
+    if (turns != 0.0) value += turns * turn;  // keeps -0
+    before = value;
+    sum += value;
+    ++count;
   }
-  if (!any) return;
-  const double whole = turn * std::round(sum / static_cast<double>(rad.size()) / turn);
+  if (!any) return false;
+  const double whole = turn * std::round(sum / static_cast<double>(count) / turn);
   for (double& value : rad) value -= whole;
-  add_info(recording.warnings, "unwrapped", name + " jumps by 360 degrees: decid removed whole turns");
+  return true;
 }
 
 /// Returns angles of leg or trunk, rad.
@@ -153,7 +159,8 @@ std::vector<double> read_angles(const Table& table, int column, const RecordingO
                     " deg");
   std::vector<double> values = read(column);
   for (double& value : values) value *= unit_rad;
-  unwrap(values, name, recording);
+  if (unwrap(values))
+    add_info(recording.warnings, "unwrapped", name + " jumps by 360 degrees: decid removed whole turns");
   return values;
 }
 
@@ -166,7 +173,34 @@ std::vector<double> angles_beside(const Table& table, int column, std::size_t sa
   if (values.size() != samples) return {};
   const Unit of_sway = options.unit.value_or(table.unit().value_or(Unit::degree));
   for (double& value : values) value *= rad_in(unit_in(name).value_or(of_sway));
+  unwrap(values);
   return values;
+}
+
+/// Columns of leg and trunk that a file has beside the sway, rad; NaN where a sample is missing.
+struct SegmentsBeside {
+  std::string columns;
+  std::vector<double> leg, trunk;
+};
+
+/// Returns the columns that are named leg and trunk, if they are angles with the sway's number of samples.
+std::optional<SegmentsBeside> segments_beside(const Table& table, int time, std::size_t samples,
+                                              const RecordingOptions& options, const ReadColumn& read,
+                                              const std::string& where) {
+  try {
+    const int leg_column =
+        find_named(table, time, {"leg", "leg_angle", "leg_sway", "leg_tilt", "a_ls", "bein", "beinwinkel"}, where, "");
+    const int trunk_column = find_named(
+        table, time, {"trunk", "trunk_angle", "trunk_sway", "trunk_tilt", "a_ts", "rumpf", "rumpfwinkel"}, where, "");
+    if (leg_column < 0 || trunk_column < 0) return {};
+    SegmentsBeside found{table.name(leg_column) + " and " + table.name(trunk_column),
+                         angles_beside(table, leg_column, samples, options, read),
+                         angles_beside(table, trunk_column, samples, options, read)};
+    if (found.leg.empty() || found.trunk.empty()) return {};
+    return found;
+  } catch (const Error&) {  // words, infinite numbers, or several columns of a name
+    return {};
+  }
 }
 
 }  // namespace
@@ -175,25 +209,20 @@ void check_hip(const Table& table, int time, const SwaySource& source, const std
                const RecordingOptions& options, const ReadColumn& read, Recording& recording) {
   constexpr double max_difference = 0.2;
   if (source.kind != SwaySource::Kind::angle && source.kind != SwaySource::Kind::displacement) return;
-  try {
-    const int leg_column = find_named(
-        table, time, {"leg", "leg_angle", "leg_sway", "leg_tilt", "a_ls", "bein", "beinwinkel"}, recording.file, "");
-    const int trunk_column =
-        find_named(table, time, {"trunk", "trunk_angle", "trunk_sway", "trunk_tilt", "a_ts", "rumpf", "rumpfwinkel"},
-                   recording.file, "");
-    if (leg_column < 0 || trunk_column < 0) return;
-    const std::vector<double> leg = angles_beside(table, leg_column, sway_rad.size(), options, read),
-                              trunk = angles_beside(table, trunk_column, sway_rad.size(), options, read);
-    if (leg.empty() || trunk.empty()) return;
-    // Angles against the platform or between the segments have another centre of mass.
-    const std::vector<double> off = difference(sway_of(leg, trunk), sway_rad);
-    const auto missing = std::ranges::count_if(off, [](double value) { return std::isnan(value); });
-    if (2 * static_cast<std::size_t>(missing) > off.size() ||
-        slow_deviation(off) > max_difference * slow_deviation(sway_rad))
-      return;
-    warn_of_hip(leg, trunk, sway_rad, " by " + table.name(leg_column) + " and " + table.name(trunk_column), recording);
-  } catch (const Error&) {  // words, infinite numbers, or several columns of a name
+  const std::optional<SegmentsBeside> beside =
+      segments_beside(table, time, sway_rad.size(), options, read, recording.file);
+  if (!beside) return;
+  // Angles against the platform or between the segments have another centre of mass.
+  const std::vector<double> off = difference(sway_of(beside->leg, beside->trunk), sway_rad);
+  std::vector<double> sway = sway_rad;
+  std::size_t missing = 0;
+  for (std::size_t k = 0; k < sway.size(); ++k) {
+    if (!std::isnan(off[k])) continue;
+    sway[k] = off[k];  // so that all deviations are those of the same samples
+    ++missing;
   }
+  if (2 * missing > off.size() || slow_deviation(off) > max_difference * slow_deviation(sway)) return;
+  warn_of_hip(beside->leg, beside->trunk, sway, " by " + beside->columns, recording);
 }
 
 Signal<double> read_sway(const Table& table, const SwaySource& source, const RecordingOptions& options,

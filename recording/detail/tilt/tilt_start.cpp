@@ -198,7 +198,7 @@ TiltMatch find_start(const ProtocolPlan& plan, double from_hz, Recording& record
   const Signal<double>& tilt = recording.signals.at(platform_tilt);
   const std::vector<double>& expected = plan.tilt_rad();
   std::vector<double> measured = resample(tilt.rad, from_hz, rate);
-  if (measured.size() + 2 * overhang_of(expected.size()) < expected.size()) refuse_length(recording, protocol, 0.0);
+  if (measured.size() + 2 * overhang_of(expected.size()) < expected.size()) refuse_length(recording, protocol, {});
   Match match;
   if (recording.tilt_gaps.empty()) {
     match = plan.tilt().match(measured);

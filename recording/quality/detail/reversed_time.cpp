@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "base/setting.hpp"
 #include "recording/quality/detail/response_check.hpp"
 
 namespace decid::recording {
@@ -24,7 +25,8 @@ void look_for_reversed_time(std::span<const double> sway_rad, const ProtocolPlan
   if (check.response_of(tilt).gain > max_explained * static_cast<double>(check.blocks())) return;
   add_invalid(warnings, "time_reversed",
               "the sway follows the tilt backwards in time: its samples are in reverse order, or the platform played "
-              "its tilt backwards; give the samples in the order of time, or the protocol of the tilt that was played");
+              "its tilt backwards; give the samples in the order of time, or give " +
+                  setting("protocol") + " with the tilt that was played");
 }
 
 }  // namespace decid::recording
