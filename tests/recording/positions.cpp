@@ -178,6 +178,10 @@ TEST_CASE("a hip that moves is warned of where columns of leg and trunk stand be
   std::vector<double> larger_deg = sway_deg;
   for (std::size_t k = 0; k < n / 4; ++k) larger_deg[k] += 20.0 * std::sin(0.005 * static_cast<double>(k));
   CHECK(hip_warned(larger_deg, names, [&](std::size_t k) { return k < n / 4 ? "," : both(k); }));
+  // One sample in 50 is missing, so every block lacks some.
+  CHECK(warned(names, [&](std::size_t k) { return k % 50 == 7 ? "," : both(k); }));
+  // Columns whose names have no unit have the sway's.
+  CHECK(hip_warned(com, "com_sway_rad,leg,trunk", in_rad));
   // A length is not compared, even if its numbers would fit as degrees; nor is a column of another name, as leg_V is.
   for (const char* header :
        {"com_sway_deg,leg_mm,trunk_mm", "com_sway_deg,leg_V,trunk_V", "com_sway_deg,leg_deg,trunk_V",

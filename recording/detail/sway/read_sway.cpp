@@ -84,7 +84,6 @@ std::vector<double> difference(const std::vector<double>& a, const std::vector<d
 double slow_deviation(const std::vector<double>& values) {
   constexpr std::size_t blocks = 240;
   std::vector<double> means = block_means(values, std::max<std::size_t>(1, values.size() / blocks));
-  std::erase_if(means, [](double value) { return std::isnan(value); });
   if (means.size() < 3) return 0.0;
   const double middle = 0.5 * static_cast<double>(means.size() - 1), centre = mean(means);
   double with_place = 0.0, places = 0.0;
@@ -164,39 +163,45 @@ std::vector<double> read_angles(const Table& table, int column, const RecordingO
   return values;
 }
 
-/// Returns the angles of a column by its own unit, else by the sway's, in rad; empty for another quantity or length.
-std::vector<double> angles_beside(const Table& table, int column, std::size_t samples, const RecordingOptions& options,
+/// Returns the angles of a column by its own unit, else by `unit`, in rad; empty for a length or another number of
+/// samples.
+std::vector<double> angles_beside(const Table& table, int column, std::size_t samples, Unit unit,
                                   const ReadColumn& read) {
   const std::string& name = table.name(column);
-  if (other_quantity(name) != nullptr || find_metres_per_unit(name)) return {};
+  if (find_metres_per_unit(name)) return {};
   std::vector<double> values = read(column, 1);
   if (values.size() != samples) return {};
-  const Unit of_sway = options.unit.value_or(table.unit().value_or(Unit::degree));
-  for (double& value : values) value *= rad_in(unit_in(name).value_or(of_sway));
+  for (double& value : values) value *= rad_in(unit_in(name).value_or(unit));
   unwrap(values);
   return values;
 }
 
-/// Columns of leg and trunk that a file has beside the sway, rad; NaN where a sample is missing.
+/// Columns of leg and trunk that a file has beside the sway, rad, and the sway: the samples that all three have.
 struct SegmentsBeside {
-  std::string columns;
-  std::vector<double> leg, trunk;
+  std::string columns{};
+  std::vector<double> leg{}, trunk{}, sway{};
 };
 
-/// Returns the columns that are named leg and trunk, if they are angles with the sway's number of samples.
-std::optional<SegmentsBeside> segments_beside(const Table& table, int time, std::size_t samples,
-                                              const RecordingOptions& options, const ReadColumn& read,
-                                              const std::string& where) {
+/// Returns the columns that are named leg and trunk, if they are angles with the sway's number of samples. unit: of
+/// columns whose name has none.
+std::optional<SegmentsBeside> segments_beside(const Table& table, int time, const std::vector<double>& sway_rad,
+                                              Unit unit, const ReadColumn& read, const std::string& where) {
   try {
     const int leg_column =
         find_named(table, time, {"leg", "leg_angle", "leg_sway", "leg_tilt", "a_ls", "bein", "beinwinkel"}, where, "");
     const int trunk_column = find_named(
         table, time, {"trunk", "trunk_angle", "trunk_sway", "trunk_tilt", "a_ts", "rumpf", "rumpfwinkel"}, where, "");
     if (leg_column < 0 || trunk_column < 0) return {};
-    SegmentsBeside found{table.name(leg_column) + " and " + table.name(trunk_column),
-                         angles_beside(table, leg_column, samples, options, read),
-                         angles_beside(table, trunk_column, samples, options, read)};
-    if (found.leg.empty() || found.trunk.empty()) return {};
+    const std::vector<double> leg = angles_beside(table, leg_column, sway_rad.size(), unit, read),
+                              trunk = angles_beside(table, trunk_column, sway_rad.size(), unit, read);
+    if (leg.empty() || trunk.empty()) return {};
+    SegmentsBeside found{.columns = table.name(leg_column) + " and " + table.name(trunk_column)};
+    for (std::size_t k = 0; k < leg.size(); ++k) {
+      if (std::isnan(leg[k]) || std::isnan(trunk[k])) continue;
+      found.leg.push_back(leg[k]);
+      found.trunk.push_back(trunk[k]);
+      found.sway.push_back(sway_rad[k]);
+    }
     return found;
   } catch (const Error&) {  // words, infinite numbers, or several columns of a name
     return {};
@@ -209,20 +214,14 @@ void check_hip(const Table& table, int time, const SwaySource& source, const std
                const RecordingOptions& options, const ReadColumn& read, Recording& recording) {
   constexpr double max_difference = 0.2;
   if (source.kind != SwaySource::Kind::angle && source.kind != SwaySource::Kind::displacement) return;
-  const std::optional<SegmentsBeside> beside =
-      segments_beside(table, time, sway_rad.size(), options, read, recording.file);
-  if (!beside) return;
+  const Unit of_sway =
+      options.unit.value_or(unit_in(table.name(source.columns.front())).value_or(table.unit().value_or(Unit::degree)));
+  const std::optional<SegmentsBeside> beside = segments_beside(table, time, sway_rad, of_sway, read, recording.file);
+  if (!beside || 2 * beside->sway.size() < sway_rad.size()) return;
   // Angles against the platform or between the segments have another centre of mass.
-  const std::vector<double> off = difference(sway_of(beside->leg, beside->trunk), sway_rad);
-  std::vector<double> sway = sway_rad;
-  std::size_t missing = 0;
-  for (std::size_t k = 0; k < sway.size(); ++k) {
-    if (!std::isnan(off[k])) continue;
-    sway[k] = off[k];  // so that all deviations are those of the same samples
-    ++missing;
-  }
-  if (2 * missing > off.size() || slow_deviation(off) > max_difference * slow_deviation(sway)) return;
-  warn_of_hip(beside->leg, beside->trunk, sway, " by " + beside->columns, recording);
+  const std::vector<double> off = difference(sway_of(beside->leg, beside->trunk), beside->sway);
+  if (slow_deviation(off) > max_difference * slow_deviation(beside->sway)) return;
+  warn_of_hip(beside->leg, beside->trunk, beside->sway, " by " + beside->columns, recording);
 }
 
 Signal<double> read_sway(const Table& table, const SwaySource& source, const RecordingOptions& options,
