@@ -1,6 +1,5 @@
 // decid fit: recordings or a published frequency response in, the posterior of their controllers out.
 #include <algorithm>
-#include <cmath>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -9,7 +8,6 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
-#include "base/number.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
@@ -26,6 +24,7 @@
 #include "tools/decid/commands/fit_journal.hpp"
 #include "tools/decid/group_file.hpp"
 #include "tools/decid/interrupt.hpp"
+#include "tools/decid/prior_texts.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/ranks.hpp"
 #include "tools/decid/recording_flags.hpp"
@@ -34,11 +33,6 @@
 
 namespace decid::tools {
 namespace {
-
-/// Texts of --range, --prior and --fix: NAME=LOW,HIGH, NAME=MEAN,SD and NAME=VALUE.
-struct PriorTexts {
-  std::vector<std::string> ranges, normals, fixed;
-};
 
 struct FitOptions {
   CommonOptions common;
@@ -82,72 +76,6 @@ void check_kind(const FitOptions& options, const Command& command) {
   if (!is_table) std::ranges::for_each(of_tables, refuse);
 }
 
-/// Reads "NAME=NUMBER" or "NAME=NUMBER,NUMBER", an option's text for a parameter of the table.
-struct NamedNumbers {
-  NamedNumbers(const std::string& text, std::size_t count, const char* option, const char* form,
-               const sim::ParameterTable& table) {
-    const auto fail = [&](const std::string& problem) {
-      throw Error(Code::setting_malformed, option, problem, std::string("give ") + form);
-    };
-    const std::size_t equals = text.find('=');
-    if (equals == std::string::npos) fail("'" + text + "' is not " + form);
-    name = text.substr(0, equals);
-    for (std::size_t begin = equals + 1; begin <= text.size();) {
-      const std::size_t end = std::min(text.find(',', begin), text.size());
-      const auto [last, error] = std::from_chars(text.data() + begin, text.data() + end, numbers.emplace_back());
-      if (error != std::errc() || last != text.data() + end || !std::isfinite(numbers.back()))
-        fail("'" + text.substr(begin, end - begin) + "' is not a number");
-      begin = end + 1;
-    }
-    if (numbers.size() != count) fail("'" + text + "' is not " + form);
-    require_parameter(name, option, table);
-  }
-  std::string name;
-  std::vector<double> numbers;
-};
-
-/// Returns the priors that --range, --prior and --fix give for the parameters. Throws Error naming the option.
-std::vector<posterior::ParameterPrior> parameter_priors(const PriorTexts& texts, const sim::ParameterTable& table) {
-  using posterior::ParameterPrior;
-  std::vector<ParameterPrior> all;
-  const auto prior_of = [&](const std::string& name) -> ParameterPrior& {
-    const auto found = std::ranges::find(all, name, &ParameterPrior::name);
-    return found != all.end() ? *found : all.emplace_back(ParameterPrior{.name = name});
-  };
-  const auto read = [&](const std::vector<std::string>& of_option, std::size_t count, const char* option,
-                        const char* form, auto member, const auto& value_of) {
-    for (const std::string& text : of_option) {
-      const NamedNumbers given(text, count, option, form, table);
-      auto& value = prior_of(given.name).*member;
-      if (value) throw Error(Code::setting_conflict, option, "is given twice for " + given.name, "give it once");
-      value = value_of(given.numbers);
-    }
-  };
-  using Numbers = std::vector<double>;
-  read(texts.ranges, 2, "--range", "NAME=LOW,HIGH", &ParameterPrior::range, [](const Numbers& numbers) {
-    return ParameterPrior::Range{numbers[0], numbers[1]};
-  });
-  read(texts.normals, 2, "--prior", "NAME=MEAN,SD", &ParameterPrior::normal, [](const Numbers& numbers) {
-    return ParameterPrior::Normal{numbers[0], numbers[1]};
-  });
-  read(texts.fixed, 1, "--fix", "NAME=VALUE", &ParameterPrior::fixed,
-       [](const Numbers& numbers) { return numbers[0]; });
-  posterior::Priors priors;
-  priors.parameters = all;
-  try {
-    static_cast<void>(posterior::ranges_for(priors, table));
-  } catch (const Error& error) {
-    const bool fixes = std::ranges::any_of(
-        all, [&](const ParameterPrior& prior) { return prior.fixed && error.where().ends_with(" " + prior.name); });
-    throw Error(error.code(),
-                error.where().starts_with("range") ? "--range"
-                : fixes                            ? "--fix"
-                                                   : "--prior",
-                error.where() + " " + error.problem(), error.remedy());
-  }
-  return all;
-}
-
 /// Returns the controllers that --controller names, in its order. Throws Error if the protocol names another one.
 std::vector<const sim::BodyModel*> controllers_of(const FitOptions& options, const sim::Protocol& protocol) {
   std::vector<const sim::BodyModel*> all;
@@ -185,21 +113,6 @@ sim::Protocol protocol_for(const FitOptions& options, sim::Protocol protocol) {
   return protocol;
 }
 
-/// Removes the texts for parameters that this controller does not have and another one of the call has.
-PriorTexts for_controller(PriorTexts texts, const sim::BodyModel& controller,
-                          const std::vector<const sim::BodyModel*>& all) {
-  const auto has = [](const sim::BodyModel& model, const std::string& text) {
-    const std::vector<std::string> names = model.parameters.names();
-    return std::ranges::find(names, text.substr(0, text.find('='))) != names.end();
-  };
-  for (auto* list : {&texts.ranges, &texts.normals, &texts.fixed})
-    std::erase_if(*list, [&](const std::string& text) {
-      return !has(controller, text) &&
-             std::ranges::any_of(all, [&](const sim::BodyModel* other) { return has(*other, text); });
-    });
-  return texts;
-}
-
 void run_table(const FitOptions& options, const Command& command) {
   if (!is_root()) return;  // one answer, on one rank
   std::vector<std::string> inputs{options.frf};
@@ -225,10 +138,9 @@ void run_table(const FitOptions& options, const Command& command) {
   const std::vector<const sim::BodyModel*> controllers = controllers_of(options, protocol);
   for (const sim::BodyModel* controller : controllers) {
     protocol.experiment.body_model = controller;
-    frf::Priors priors{
-        .gain = options.prior_gain.value_or(frf::Priors{}.gain),
-        .error = options.prior_error,
-        .parameters = parameter_priors(for_controller(options.priors, *controller, controllers), protocol.ranges())};
+    frf::Priors priors{.gain = options.prior_gain.value_or(frf::Priors{}.gain),
+                       .error = options.prior_error,
+                       .parameters = parameter_priors(options.priors, protocol, controllers)};
     asked.controllers.push_back({protocol, std::move(priors)});
   }
   if (asked.log_ratio && !options.priors.normals.empty())
@@ -275,8 +187,7 @@ void set_controllers(FitOptions& options, const std::vector<const sim::BodyModel
                      sim::Protocol protocol) {
   for (const sim::BodyModel* controller : controllers) {
     protocol.experiment.body_model = controller;
-    std::vector<posterior::ParameterPrior> priors =
-        parameter_priors(for_controller(options.priors, *controller, controllers), protocol.ranges());
+    std::vector<posterior::ParameterPrior> priors = parameter_priors(options.priors, protocol, controllers);
     if (controller == controllers.front())
       options.request.priors.parameters = std::move(priors);
     else
@@ -455,23 +366,7 @@ void add_fit(const Command& program) {
       .add_option("--prior-noise", options->request.priors.sensor_noise_deg,
                   "Expect this measurement noise in degrees, within a factor of 20")
       .range(1e-6, 10.0);
-  command
-      .add_option("--range", options->priors.ranges,
-                  "Limit a parameter to the range from LOW to HIGH in its JSON unit, for example delay=0.05,0.2; may "
-                  "be repeated")
-      .repeatable()
-      .shown_as("NAME=LOW,HIGH");
-  command
-      .add_option("--prior", options->priors.normals,
-                  "Use a normal prior with this mean and standard deviation for a parameter, for example "
-                  "delay=0.12,0.02; default: uniform within its range; may be repeated")
-      .repeatable()
-      .shown_as("NAME=MEAN,SD");
-  command
-      .add_option("--fix", options->priors.fixed,
-                  "Fix a parameter at this value in its JSON unit, for example Kp=838.98; may be repeated")
-      .repeatable()
-      .shown_as("NAME=VALUE");
+  add_prior_options(command, options->priors);
   command.add_flag("--moved-before", options->request.priors.moved_before,
                    "Assume that the platform played the end of a cycle before the recording; default: it rested");
   command

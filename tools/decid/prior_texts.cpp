@@ -1,0 +1,122 @@
+// The options --range, --prior and --fix: see prior_texts.hpp.
+#include "tools/decid/prior_texts.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "identify/study/joint_groups.hpp"
+
+namespace decid::tools {
+namespace {
+
+/// Reads "NAME=NUMBER" or "NAME=NUMBER,NUMBER", an option's text for a parameter of the table.
+struct NamedNumbers {
+  NamedNumbers(const std::string& text, std::size_t count, const char* option, const char* form,
+               const sim::ParameterTable& table) {
+    const auto fail = [&](const std::string& problem) {
+      throw Error(Code::setting_malformed, option, problem, std::string("give ") + form);
+    };
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) fail("'" + text + "' is not " + form);
+    name = text.substr(0, equals);
+    for (std::size_t begin = equals + 1; begin <= text.size();) {
+      const std::size_t end = std::min(text.find(',', begin), text.size());
+      const auto [last, error] = std::from_chars(text.data() + begin, text.data() + end, numbers.emplace_back());
+      if (error != std::errc() || last != text.data() + end || !std::isfinite(numbers.back()))
+        fail("'" + text.substr(begin, end - begin) + "' is not a number");
+      begin = end + 1;
+    }
+    if (numbers.size() != count) fail("'" + text + "' is not " + form);
+    require_parameter(name, option, table);
+  }
+  std::string name;
+  std::vector<double> numbers;
+};
+
+/// Returns the priors that the texts give for the parameters of a table.
+std::vector<posterior::ParameterPrior> priors_of(const PriorTexts& texts, const sim::ParameterTable& table) {
+  using posterior::ParameterPrior;
+  std::vector<ParameterPrior> all;
+  const auto prior_of = [&](const std::string& name) -> ParameterPrior& {
+    const auto found = std::ranges::find(all, name, &ParameterPrior::name);
+    return found != all.end() ? *found : all.emplace_back(ParameterPrior{.name = name});
+  };
+  const auto read = [&](const std::vector<std::string>& of_option, std::size_t count, const char* option,
+                        const char* form, auto member, const auto& value_of) {
+    for (const std::string& text : of_option) {
+      const NamedNumbers given(text, count, option, form, table);
+      auto& value = prior_of(given.name).*member;
+      if (value) throw Error(Code::setting_conflict, option, "is given twice for " + given.name, "give it once");
+      value = value_of(given.numbers);
+    }
+  };
+  using Numbers = std::vector<double>;
+  read(texts.ranges, 2, "--range", "NAME=LOW,HIGH", &ParameterPrior::range, [](const Numbers& numbers) {
+    return ParameterPrior::Range{numbers[0], numbers[1]};
+  });
+  read(texts.normals, 2, "--prior", "NAME=MEAN,SD", &ParameterPrior::normal, [](const Numbers& numbers) {
+    return ParameterPrior::Normal{numbers[0], numbers[1]};
+  });
+  read(texts.fixed, 1, "--fix", "NAME=VALUE", &ParameterPrior::fixed,
+       [](const Numbers& numbers) { return numbers[0]; });
+  posterior::Priors priors;
+  priors.parameters = all;
+  try {
+    static_cast<void>(posterior::ranges_for(priors, table));
+  } catch (const Error& error) {
+    const bool fixes = std::ranges::any_of(
+        all, [&](const ParameterPrior& prior) { return prior.fixed && error.where().ends_with(" " + prior.name); });
+    throw Error(error.code(),
+                error.where().starts_with("range") ? "--range"
+                : fixes                            ? "--fix"
+                                                   : "--prior",
+                error.where() + " " + error.problem(), error.remedy());
+  }
+  return all;
+}
+
+/// Removes the texts for parameters that this controller does not have and another one of the call has.
+PriorTexts for_controller(PriorTexts texts, const sim::BodyModel& controller,
+                          const std::vector<const sim::BodyModel*>& all) {
+  const auto has = [](const sim::BodyModel& model, const std::string& text) {
+    const std::vector<std::string> names = model.parameters.names();
+    return std::ranges::find(names, text.substr(0, text.find('='))) != names.end();
+  };
+  for (auto* list : {&texts.ranges, &texts.normals, &texts.fixed})
+    std::erase_if(*list, [&](const std::string& text) {
+      return !has(controller, text) &&
+             std::ranges::any_of(all, [&](const sim::BodyModel* other) { return has(*other, text); });
+    });
+  return texts;
+}
+
+}  // namespace
+
+void add_prior_options(const Command& command, PriorTexts& priors) {
+  command
+      .add_option("--range", priors.ranges,
+                  "Limit a parameter to the range from LOW to HIGH in its JSON unit, for example delay=0.05,0.2; may "
+                  "be repeated")
+      .repeatable()
+      .shown_as("NAME=LOW,HIGH");
+  command
+      .add_option("--prior", priors.normals,
+                  "Use a normal prior with this mean and standard deviation for a parameter, for example "
+                  "delay=0.12,0.02; default: uniform within its range; may be repeated")
+      .repeatable()
+      .shown_as("NAME=MEAN,SD");
+  command
+      .add_option("--fix", priors.fixed,
+                  "Fix a parameter at this value in its JSON unit, for example Kp=838.98; may be repeated")
+      .repeatable()
+      .shown_as("NAME=VALUE");
+}
+
+std::vector<posterior::ParameterPrior> parameter_priors(const PriorTexts& texts, const sim::Protocol& protocol,
+                                                        const std::vector<const sim::BodyModel*>& controllers) {
+  return priors_of(for_controller(texts, *protocol.experiment.body_model, controllers), protocol.ranges());
+}
+
+}  // namespace decid::tools

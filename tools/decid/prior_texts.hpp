@@ -1,0 +1,25 @@
+// The options --range, --prior and --fix: priors of a controller's parameters.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "posterior/density/priors.hpp"
+#include "sim/protocol/protocol.hpp"
+#include "tools/decid/command.hpp"
+
+namespace decid::tools {
+
+/// Texts of --range, --prior and --fix: NAME=LOW,HIGH, NAME=MEAN,SD and NAME=VALUE.
+struct PriorTexts {
+  std::vector<std::string> ranges, normals, fixed;
+};
+
+void add_prior_options(const Command& command, PriorTexts& priors);
+
+/// Returns the priors that the texts give for the parameters of the protocol's controller. Ignores parameters that only
+/// others of `controllers`, those of the call, have. Throws Error naming the option.
+std::vector<posterior::ParameterPrior> parameter_priors(const PriorTexts& texts, const sim::Protocol& protocol,
+                                                        const std::vector<const sim::BodyModel*>& controllers);
+
+}  // namespace decid::tools
