@@ -13,6 +13,7 @@
 #include "identify/cohort/planning.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/named_values.hpp"
+#include "tools/decid/results/results.hpp"
 
 namespace decid::tools {
 namespace {
@@ -92,11 +93,6 @@ void refuse_unused(const std::string& option, const std::vector<bool>& given, co
   for (std::size_t p = 0; p < table.size(); ++p)
     if (given[p] && !used[p])
       throw Error(Code::setting_conflict, option, table[p].name + " is not used: " + why, "leave it out");
-}
-
-/// Returns "Kp, N m/rad", the unit of all numbers of a line but power and persons; "Nv" for a plain number.
-std::string name_and_unit(const sim::ParameterInfo& info) {
-  return info.name + (info.shown_unit().empty() ? "" : ", " + info.shown_unit());
 }
 
 /// Throws Error for options that change nothing in the call.

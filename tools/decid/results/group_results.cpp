@@ -38,12 +38,6 @@ std::string group_text(const Group& group, const sim::ParameterTable& table) {
   return group.participants == 1 ? text + "    one person: no standard deviation; record more people\n" : text;
 }
 
-/// Returns "Kp, N m/rad". per: what follows the unit, such as " per kg".
-std::string name_and_unit(const sim::ParameterInfo& info, const std::string& per = {}) {
-  const std::string unit = info.shown_unit() + per;
-  return info.name + (unit.empty() ? "" : "," + std::string(unit.starts_with(' ') ? "" : " ") + unit);
-}
-
 /// Returns name_and_unit() of a table's rows, all of one width.
 std::vector<std::string> row_labels(const sim::ParameterTable& table, const std::string& per = {}) {
   std::vector<std::string> labels;

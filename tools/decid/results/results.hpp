@@ -47,6 +47,8 @@ void write_draws(const std::filesystem::path& path, const Report& report, std::s
                  std::size_t count);
 
 // Parts, for other answers than reports.
+/// Returns "Kp, N m/rad", or "Nv" for a plain number. per: what follows the unit, such as " per kg".
+std::string name_and_unit(const sim::ParameterInfo& info, const std::string& per = {});
 /// Returns a line that says whose stiffness and damping the tables show, and a line if the body is assumed, or if the
 /// weight may be in pounds. remedy: for an assumed body.
 std::string body_text(const sim::Body& body, bool assumed, const std::string& remedy = "give --mass and --height");

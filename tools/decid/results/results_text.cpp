@@ -176,6 +176,11 @@ std::string warnings_text(const Warnings& warnings) {
   return text;
 }
 
+std::string name_and_unit(const sim::ParameterInfo& info, const std::string& per) {
+  const std::string unit = info.shown_unit() + per;
+  return info.name + (unit.empty() ? "" : "," + std::string(unit.starts_with(' ') ? "" : " ") + unit);
+}
+
 std::string difference_text(double difference, double standard_error) {
   return difference < 0.0 ? format("%.1f +- %.1f", difference, standard_error) : std::string("best");
 }
