@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "tools/decid/results/results.hpp"
 #include "tools/report/json/group_verdicts.hpp"
 
 namespace decid::tools {
