@@ -11,7 +11,7 @@
 namespace decid::cohort {
 namespace {
 
-constexpr std::size_t max_participants = 10'000;
+constexpr std::size_t max_participants = 10'000, max_trials = 1'000;
 
 /// Returns P(|T| > critical) of Student's noncentral distribution: over the found standard deviation s, relative to the
 /// true one, whose logarithm is integrated by the trapezoidal rule.
@@ -36,6 +36,29 @@ double variance_of(const PowerDesign& design) {
                          static_cast<double>(design.trials);
 }
 
+struct Limits {
+  std::size_t low, high;
+};
+
+/// Returns the smallest value of the count within the limits with at least this power; 0: the highest does not reach
+/// it.
+std::size_t smallest(std::size_t PowerDesign::*count, Limits within, PowerDesign& design, double difference,
+                     double power, double significance) {
+  if (!(power > 0.0 && power < 1.0))
+    throw Error(Code::setting_out_of_range, "power", format("a power of %g is wanted", power),
+                "give one between 0 and 1");
+  const auto enough = [&](std::size_t value) {
+    design.*count = value;
+    return power_of(design, difference, significance) >= power;
+  };
+  if (!enough(within.high)) return 0;
+  while (within.low < within.high) {
+    const std::size_t middle = (within.low + within.high) / 2;
+    enough(middle) ? within.high = middle : within.low = middle + 1;
+  }
+  return within.low;
+}
+
 }  // namespace
 
 double power_of(const PowerDesign& design, double difference, double significance) {
@@ -58,20 +81,11 @@ double power_of(const PowerDesign& design, double difference, double significanc
 }
 
 std::size_t participants_for(PowerDesign design, double difference, double power, double significance) {
-  if (!(power > 0.0 && power < 1.0))
-    throw Error(Code::setting_out_of_range, "power", format("a power of %g is wanted", power),
-                "give one between 0 and 1");
-  std::size_t low = 2, high = max_participants;
-  const auto enough = [&](std::size_t participants) {
-    design.participants = participants;
-    return power_of(design, difference, significance) >= power;
-  };
-  if (!enough(high)) return 0;
-  while (low < high) {
-    const std::size_t middle = (low + high) / 2;
-    enough(middle) ? high = middle : low = middle + 1;
-  }
-  return low;
+  return smallest(&PowerDesign::participants, {2, max_participants}, design, difference, power, significance);
+}
+
+std::size_t trials_for(PowerDesign design, double difference, double power, double significance) {
+  return smallest(&PowerDesign::trials, {1, max_trials}, design, difference, power, significance);
 }
 
 }  // namespace decid::cohort

@@ -9,6 +9,7 @@
 #include "base/parallel.hpp"
 #include "identify/evaluation/calibration_trials.hpp"
 #include "posterior/planning/expected_posterior.hpp"
+#include "recording/protocol_file.hpp"
 
 using namespace decid;
 
@@ -52,11 +53,11 @@ std::vector<Variances> beside_fits(sim::Protocol protocol, int participants) {
   return sums;
 }
 
-// With 14 persons a parameter's ratio has a standard error of about 0.06, from the persons whose fits vary most.
+// With 20 persons a parameter's ratio has a standard error of about 0.05, from the persons whose fits vary most.
 void check_prediction(const std::string& name, const sim::Protocol& protocol) {
   Variances all;
   std::string text = name + ":";
-  for (const Variances& one : beside_fits(protocol, 14)) {
+  for (const Variances& one : beside_fits(protocol, 20)) {
     const double ratio = std::sqrt(one.predicted / one.fitted);
     text += " " + std::to_string(ratio);
     CHECK(ratio > 0.8);
@@ -80,4 +81,5 @@ TEST_CASE("design: predictions beside fits" * doctest::test_suite("long")) {
   sim::Protocol larger = sim::default_protocol();
   larger.sequence().amplitude_deg = 4.0;
   check_prediction("default, 4 deg", larger);
+  check_prediction("seven sines", recording::load_protocol(DECID_SOURCE_DIR "/examples/seven_sines.json"));
 }

@@ -17,6 +17,7 @@ using decid::Code;
 using decid::cohort::participants_for;
 using decid::cohort::power_of;
 using decid::cohort::PowerDesign;
+using decid::cohort::trials_for;
 using namespace decid::test;
 
 namespace {
@@ -74,6 +75,21 @@ TEST_CASE("power: two groups and pairs") {
   CHECK(near(power_of(noisy, 1.0), power_of(wider, 1.0), 1e-12));
 }
 
+TEST_CASE("power: the number of trials that is enough, and people who differ too much for any number") {
+  PowerDesign design = standard(20);
+  design.participant_sd = 0.5;
+  design.measurement_sd = 1.0;
+  const std::size_t enough = trials_for(design, 0.6, 0.8);
+  REQUIRE(enough > 1);
+  design.trials = enough;
+  CHECK(power_of(design, 0.6) >= 0.8);
+  design.trials = enough - 1;
+  CHECK(power_of(design, 0.6) < 0.8);
+  CHECK(trials_for(design, 5.0, 0.8) == 1);
+  design.participant_sd = 1.0;
+  CHECK(trials_for(design, 0.6, 0.8) == 0);  // 0.8 takes 45 participants without any other error
+}
+
 // Four standard deviations of 2,000 studies are 0.045 at most; predicted powers are right within 0.03.
 TEST_CASE("power: predicted within three points of simulated studies") {
   PowerDesign groups = standard(12);
@@ -102,4 +118,5 @@ TEST_CASE("power: designs that cannot be are refused") {
   design.trials = 0;
   check_error([&] { (void)power_of(design, 1.0); }, Code::setting_out_of_range);
   check_error([&] { (void)participants_for(standard(5), 1.0, 1.0); }, Code::setting_out_of_range);
+  check_error([&] { (void)trials_for(standard(5), 1.0, 0.0); }, Code::setting_out_of_range);
 }

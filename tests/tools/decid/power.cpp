@@ -15,6 +15,10 @@ TEST_CASE("decid/power: given standard deviations have the power of Cohen's tabl
   CHECK(delay["name"] == "delay");
   CHECK(near(delay["power"].get<double>(), 0.801459557922, 1e-7));  // 0.5 standard deviations, 64 per group
   CHECK(delay["participants_needed"] == 64);
+  CHECK(delay["trials_needed"] == 1);
+  // Without measurement error the power is 94%; 20 participants per group never have 80%.
+  CHECK(run_json(same + "--power 0.9")["parameters"][0]["trials_needed"].get<int>() > 1);
+  CHECK(run_json(same + "--participants 20")["parameters"][0]["trials_needed"].is_null());
   CHECK(run_json(same + "--power 0.9")["parameters"][0]["participants_needed"] == 86);  // Cohen's table, too
   // Seven intervals that hold together: a difference of 2.83 standard errors against 2.7 of them.
   const Json together = run_json(same + "--intervals 7");

@@ -45,7 +45,8 @@ struct PowerRow {
   double mean, difference, participant_sd;
   cohort::PowerDesign design;  ///< with the standard deviation of the participants' values
   double power;
-  std::size_t needed;  ///< participants; 0: more than the search's maximum
+  std::size_t needed;         ///< participants; 0: more than the search's maximum
+  std::size_t trials_needed;  ///< with the wanted number of participants; 0: as above
 };
 
 /// Returns the spread of the recordings' values: the network's, or decid fit's.
@@ -175,7 +176,8 @@ std::vector<PowerRow> power_rows(const PowerOptions& options, const PowerValues&
     design.measurement_sd = values.known[p] ? values.measured[p] : spread.measurement_sd[p];
     rows.push_back({model.parameters()[p], values.at[p], values.difference[p], values.participant[p], design,
                     cohort::power_of(design, values.difference[p], significance),
-                    cohort::participants_for(design, values.difference[p], options.power, significance)});
+                    cohort::participants_for(design, values.difference[p], options.power, significance),
+                    cohort::trials_for(design, values.difference[p], options.power, significance)});
   }
   return rows;
 }
@@ -193,7 +195,8 @@ Json power_json(const PowerOptions& options, const std::vector<PowerRow>& rows) 
                     {"trial_sd", row.design.trial_sd},
                     {"measurement_sd", row.design.measurement_sd},
                     {"power", row.power},
-                    {"participants_needed", row.needed > 0 ? Json(row.needed) : Json(nullptr)}});
+                    {"participants_needed", row.needed > 0 ? Json(row.needed) : Json(nullptr)},
+                    {"trials_needed", row.trials_needed > 0 ? Json(row.trials_needed) : Json(nullptr)}});
   return {{"decid", version},
           {"participants", options.participants},
           {"trials", options.trials},
@@ -203,22 +206,28 @@ Json power_json(const PowerOptions& options, const std::vector<PowerRow>& rows) 
           {"parameters", std::move(list)}};
 }
 
+std::string count_or_dash(std::size_t count) {
+  return count > 0 ? std::to_string(count) : "-";
+}
+
 std::string power_text(const PowerOptions& options, const std::vector<PowerRow>& rows) {
-  std::string text = format("%-22s %12s %12s %14s %12s %10s %12s\n", "parameter, unit", "mean", "difference",
-                            "participant sd", "recording sd", "power", "participants");
+  std::string text = format("%-22s %12s %12s %14s %12s %10s %12s %8s\n", "parameter, unit", "mean", "difference",
+                            "participant sd", "recording sd", "power", "participants", "trials");
   for (const PowerRow& row : rows)
-    text += format("%-22s %12.5g %12.4g %14.4g %12.4g %9.1f%% %12s\n", name_and_unit(row.info).c_str(), row.mean,
+    text += format("%-22s %12.5g %12.4g %14.4g %12.4g %9.1f%% %12s %8s\n", name_and_unit(row.info).c_str(), row.mean,
                    row.difference, row.participant_sd, row.design.measurement_sd, 100.0 * row.power,
-                   row.needed > 0 ? std::to_string(row.needed).c_str() : "-");
-  return text + format(
-                    "Power of %s: %d participants%s, %s each. Participants: the number%s for a power of %g%%.\n"
-                    "Means, differences and standard deviations (sd) are in the parameter's unit.\n",
-                    options.intervals == 1
-                        ? "a 95% interval"
-                        : format("one of %d 95%% intervals that hold together", options.intervals).c_str(),
-                    options.participants, options.design.paired ? " in pairs" : " per group",
-                    counted(options.trials, "trial").c_str(), options.design.paired ? " of pairs" : " per group",
-                    100.0 * options.power);
+                   count_or_dash(row.needed).c_str(), count_or_dash(row.trials_needed).c_str());
+  return text +
+         format(
+             "Power of %s: %d participants%s, %s each. Participants: the number%s for a power of %g%%.\n"
+             "Trials: the number per participant%s for that power with %d participants%s; -: no number is enough.\n"
+             "Means, differences and standard deviations (sd) are in the parameter's unit.\n",
+             options.intervals == 1 ? "a 95% interval"
+                                    : format("one of %d 95%% intervals that hold together", options.intervals).c_str(),
+             options.participants, options.design.paired ? " in pairs" : " per group",
+             counted(options.trials, "trial").c_str(), options.design.paired ? " of pairs" : " per group",
+             100.0 * options.power, options.design.paired ? " and visit" : "", options.participants,
+             options.design.paired ? " in pairs" : " per group");
 }
 
 void run_power(const PowerOptions& options) {
