@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/math/random.hpp"
 #include "tests/helpers.hpp"
 #include "tests/near.hpp"
 
@@ -45,6 +46,31 @@ TEST_CASE("reliability: two visits of five persons, split into measurement and p
              1e-11));
   CHECK(found.measurement_sd == 10.0);
   CHECK(reliability(2, values, std::vector<double>(10, 1e4)).within_participant_sd == 0.0);
+}
+
+// 4,000 studies of 20 persons, two visits each. A coverage of 0.95 has a standard error of 0.0034, and changes of
+// persons of 0.0008: bounds are four of them, and a point for the interval, which is approximate.
+TEST_CASE("reliability: intervals hold the true correlation, and few unchanged persons exceed the detectable change") {
+  const decid::Random random(33, decid::Stream::user, 0);
+  std::uint64_t used = 0;
+  constexpr int studies = 4000, persons = 20;
+  for (const double icc : {0.3, 0.6, 0.9}) {
+    CAPTURE(icc);
+    int held = 0, exceeded = 0;
+    for (int study = 0; study < studies; ++study) {
+      std::vector<double> values;
+      for (int person = 0; person < persons; ++person) {
+        const double own = std::sqrt(icc) * random.normal(used++);
+        for (int visit = 0; visit < 2; ++visit) values.push_back(own + std::sqrt(1.0 - icc) * random.normal(used++));
+      }
+      const Reliability found = reliability(2, values);
+      held += found.icc_single95[0] <= icc && icc <= found.icc_single95[1] ? 1 : 0;
+      for (std::size_t i = 0; i < values.size(); i += 2)
+        exceeded += std::abs(values[i + 1] - values[i]) > found.minimal_detectable_change ? 1 : 0;
+    }
+    CHECK(within(held / double{studies}, 0.95, 0.02));
+    CHECK(within(exceeded / (double{studies} * persons), 0.05, 0.01));
+  }
 }
 
 TEST_CASE("reliability: visits that agree exactly have a reliability of 1") {
