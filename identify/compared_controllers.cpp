@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
+#include "base/error.hpp"
 #include "base/text.hpp"
 #include "identify/result.hpp"
 #include "posterior/sampling/model_comparison.hpp"
@@ -72,6 +74,18 @@ bool has_code(const Warnings& warnings, const char* code) {
 }
 
 }  // namespace
+
+std::vector<const sim::BodyModel*> find_controllers(const std::string& names, const std::string& where) {
+  std::vector<const sim::BodyModel*> all;
+  std::istringstream stream(names);
+  for (std::string name; std::getline(stream, name, ',');) {
+    const sim::BodyModel& model = sim::find_body_model(name, where);
+    if (std::ranges::find(all, &model) != all.end())
+      throw Error(Code::setting_conflict, where, "names " + name + " twice", "name each once");
+    all.push_back(&model);
+  }
+  return all;
+}
 
 bool chains_allow_comparison(double max_rhat, const Warnings& warnings) {
   return max_rhat <= comparable_rhat && !has_code(warnings, "chains_disagree") && !has_code(warnings, "divergences");

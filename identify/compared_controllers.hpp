@@ -15,6 +15,13 @@
 namespace decid {
 struct FitFigures;
 struct Report;
+namespace sim {
+struct BodyModel;
+}
+
+/// Returns the controllers that `names` lists, separated by commas, in its order; none for an empty text. Throws Error
+/// at `where` for a name that no controller has, and for one that is given twice.
+std::vector<const sim::BodyModel*> find_controllers(const std::string& names, const std::string& where);
 
 /// Returns true if the chains of a fit agree well enough to compare its predictions: the largest R-hat of a parameter
 /// is at most 1.2, and no warning says `chains_disagree` or `divergences`.

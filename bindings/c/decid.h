@@ -288,6 +288,10 @@ typedef struct decid_fit_options {
   const decid_parameter_prior* parameter_priors; /* NULL: uniform in the ranges */
   size_t parameter_prior_count;
   int moved_before; /* 1: the platform played the cycle's end before the recording; 0: it rested, or the tilt decides */
+  /* Names of decid_controller_name, separated by commas: each is fitted, decid_result_controller compares them, and the
+     result is of the first one. NULL: the protocol's; one of another controller than "dec" must be named.
+     parameter_priors act on the controllers that have the parameter. */
+  const char* controllers;
 } decid_fit_options;
 DECID_API void decid_fit_defaults(decid_fit_options* options, size_t size);
 
@@ -319,6 +323,16 @@ typedef struct decid_figures {
   int body_assumed;                                 /* 1: no mass and height were given */
 } decid_figures;
 
+/* A controller among those of decid_fit_options.controllers (docs/guide/fit.md, which controller). */
+typedef struct decid_compared_controller {
+  const char* controller;           /* its name */
+  double log_predictive_density;    /* leave-one-out, nats */
+  double difference;                /* of it to the largest one, nats: 0 or below */
+  double difference_standard_error; /* 0 for that controller */
+  double weight;                    /* stacking: the mixture with these weights predicts best; they add up to 1 */
+  int comparable;                   /* 0: its chains are far apart or it has an invalid warning; ignore its numbers */
+} decid_compared_controller;
+
 typedef struct decid_sampling {
   int chains, draws; /* draws: of all chains */
   int agreed;        /* every R-hat is at most 1.05, and every quantity has 100 effective draws */
@@ -348,6 +362,9 @@ DECID_API const float* decid_result_fitted(const decid_result* result, size_t* s
 DECID_API const decid_sampling* decid_result_sampling(const decid_result* result);
 /* A quantity's draws, chain by chain: decid_sampling.draws values. */
 DECID_API const double* decid_result_draws(const decid_result* result, size_t quantity);
+/* The controllers that were fitted, in the order of the options; 0 unless they were several. */
+DECID_API size_t decid_result_controllers(const decid_result* result);
+DECID_API const decid_compared_controller* decid_result_controller(const decid_result* result, size_t index);
 
 /* ---- Studies: the recordings of a sheet, and the comparison of their participants ---- */
 
@@ -365,6 +382,7 @@ typedef struct decid_study_options {
   uint64_t seed;          /* [1] */
   decid_progress progress;
   void* user;
+  const char* controllers; /* of fits, as in decid_fit_options; not several with joint */
 } decid_study_options;
 DECID_API void decid_study_defaults(decid_study_options* options, size_t size);
 

@@ -2,7 +2,9 @@
 #include <cmath>
 #include <limits>
 
+#include "base/setting.hpp"
 #include "bindings/c/handles.hpp"
+#include "identify/compared_controllers.hpp"
 #include "sim/segments.hpp"
 
 using namespace decid::c;
@@ -122,6 +124,17 @@ decid_sampling sampling_of(const decid::FitFigures& fit) {
           fit.seconds};
 }
 
+std::vector<decid_compared_controller> controllers_of(const decid::FitFigures& fit, const std::string& own) {
+  std::vector<decid_compared_controller> list;
+  const auto add = [&](const std::string& name, const decid::posterior::ComparedModel& of, bool comparable) {
+    list.push_back({name.c_str(), of.log_density, of.difference, of.standard_error, of.weight, comparable ? 1 : 0});
+  };
+  if (!fit.compared) return list;
+  add(own, *fit.compared, fit.comparable);
+  for (const decid::ControllerFit& other : fit.others) add(other.controller, other.compared, other.comparable);
+  return list;
+}
+
 }  // namespace
 
 namespace decid::c {
@@ -133,6 +146,18 @@ std::optional<sim::Body> make_body(double mass_kg, double height_m, const char* 
                 "give both, or neither for the protocol's body");
   if (mass_kg == 0.0) return {};
   return sim::body_of_participant({.mass_kg = mass_kg, .height_m = height_m});
+}
+
+std::vector<const sim::BodyModel*> controllers_to_fit(const char* names, const sim::Protocol& protocol) {
+  const std::string where = setting("controllers");
+  const sim::BodyModel* own = protocol.experiment.body_model;
+  std::vector<const sim::BodyModel*> all = find_controllers(text_or_empty(names), where);
+  if (all.empty()) return {own};
+  if (own != &sim::single_pendulum() && std::ranges::find(all, own) == all.end())
+    throw Error(Code::setting_conflict, where,
+                "does not name " + own->name + ", the controller of protocol '" + protocol.name + "'",
+                "name it too, or give a protocol without a controller");
+  return all;
 }
 
 }  // namespace decid::c
@@ -148,6 +173,7 @@ decid_result::decid_result(decid::RecordingResult of, const decid::Report& commo
   const decid::posterior::Posterior& found = result.fit->posterior;
   add_other_quantities(found, quantities);
   sampling = sampling_of(*result.fit);
+  controllers = controllers_of(*result.fit, common.protocol.experiment.body_model->name);
   for (std::size_t q = 0; q < quantities.size(); ++q) {
     quantities[q].rhat = found.rhat()[q];
     quantities[q].effective_draws = found.effective_draws()[q];
@@ -187,6 +213,20 @@ std::vector<decid::posterior::ParameterPrior> parameter_priors(const decid_fit_o
   return priors;
 }
 
+/// Removes priors of parameters that this controller does not have and another one of the fit has.
+std::vector<decid::posterior::ParameterPrior> priors_for(const decid::sim::BodyModel& controller,
+                                                         const std::vector<const decid::sim::BodyModel*>& all,
+                                                         std::vector<decid::posterior::ParameterPrior> priors) {
+  std::erase_if(priors, [&](const decid::posterior::ParameterPrior& prior) {
+    const auto has = [&](const decid::sim::BodyModel* model) {
+      return std::ranges::find(model->parameters, prior.name, &decid::sim::ParameterInfo::name) !=
+             model->parameters.end();
+    };
+    return !has(&controller) && std::ranges::any_of(all, has);
+  });
+  return priors;
+}
+
 std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recording& recording,
                                   const decid_fit_options& asked) {
   constexpr const char* where = "decid_fit";
@@ -201,7 +241,12 @@ std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recordin
   request.priors.gain = asked.prior_gain;
   request.priors.sensor_noise_deg = asked.prior_noise_deg;
   request.priors.moved_before = asked.moved_before != 0;
-  request.priors.parameters = parameter_priors(asked, where);
+  const std::vector<const decid::sim::BodyModel*> controllers = controllers_to_fit(asked.controllers, protocol);
+  const std::vector<decid::posterior::ParameterPrior> priors = parameter_priors(asked, where);
+  protocol.experiment.body_model = controllers.front();
+  request.priors.parameters = priors_for(*controllers.front(), controllers, priors);
+  for (const decid::sim::BodyModel* other : std::span(controllers).subspan(1))
+    request.others.push_back({other, priors_for(*other, controllers, priors)});
   set_sampler(request.settings, asked.seed, asked.max_draws, where);
   decid::RecordingResult result = brought(recording, protocol, body, asked, where);
   decid::Fitter fitter(&model.model, protocol, body, request);
@@ -308,4 +353,10 @@ const decid_sampling* decid_result_sampling(const decid_result* result) {
 }
 const double* decid_result_draws(const decid_result* result, size_t quantity) {
   return result == nullptr || quantity >= result->draws.size() ? nullptr : result->draws[quantity].data();
+}
+size_t decid_result_controllers(const decid_result* result) {
+  return result == nullptr ? 0 : result->controllers.size();
+}
+const decid_compared_controller* decid_result_controller(const decid_result* result, size_t index) {
+  return result == nullptr ? nullptr : at(result->controllers, index);
 }

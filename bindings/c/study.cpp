@@ -24,16 +24,23 @@ struct AskedStudy {
   std::vector<std::string> within, covariates;
   std::string joint, free;
   bool by_group, is_fit;
+  std::vector<const decid::sim::BodyModel*> controllers;  // to fit
   const decid_study_options& options;
 
-  explicit AskedStudy(const decid_study_options& from)
+  AskedStudy(const decid_study_options& from, const decid::sim::Protocol& protocol)
       : within(decid::split_columns(text_or_empty(from.within))),
         covariates(decid::split_columns(text_or_empty(from.covariates))),
         joint(text_or_empty(from.joint)),
         free(text_or_empty(from.free)),
         by_group(from.by_group != 0),
         is_fit(from.fit != 0),
+        controllers(controllers_to_fit(from.controllers, protocol)),
         options(from) {
+    if (from.controllers != nullptr && !is_fit)
+      throw decid::Error(decid::Code::setting_conflict, study_where, "controllers are only for fits", "set fit too");
+    if (controllers.size() > 1 && !joint.empty())
+      throw decid::Error(decid::Code::setting_conflict, study_where, "joint does not go with several controllers",
+                         "fit them in calls of their own");
     if (!joint.empty() && !is_fit)
       throw decid::Error(decid::Code::setting_conflict, study_where, "joint is only for fits", "set fit too");
     if (!free.empty() && joint.empty())
@@ -75,13 +82,14 @@ class StudyProgress {
   bool stopped_ = false;
 };
 
-decid::Report fit(const decid_model& model, const decid::RecordingPlan& plan, const AskedStudy& asked,
-                  const std::vector<std::string>& freed, const std::vector<decid::FitGroup>& joint,
-                  std::vector<std::string>& inputs) {
+decid::Report fit(const decid_model& model, const decid::sim::Protocol& protocol, const decid::RecordingPlan& plan,
+                  const AskedStudy& asked, const std::vector<std::string>& freed,
+                  const std::vector<decid::FitGroup>& joint, std::vector<std::string>& inputs) {
   decid::FitRequest request;
   request.freed = freed;
   set_sampler(request.settings, asked.options.seed, asked.options.max_draws, study_where);
-  decid::PlanFitter fitter(&model.model, model.model.protocol, plan, request, &inputs);
+  for (const decid::sim::BodyModel* other : std::span(asked.controllers).subspan(1)) request.others.push_back({other});
+  decid::PlanFitter fitter(&model.model, protocol, plan, request, &inputs);
   decid::Report report = fitter.report();
   std::vector<std::size_t> places(plan.recordings.size());
   std::iota(places.begin(), places.end(), std::size_t{0});
@@ -110,6 +118,7 @@ void set_call(const AskedStudy& asked, const std::string& sheet, const decid_mod
   };
   add("--study", sheet);
   add("--model", path_of(model));
+  add("--controller", text_or_empty(asked.options.controllers));
   add("--joint", asked.joint, true);
   add("--free", asked.free, true);
   if (asked.is_fit) {
@@ -128,14 +137,16 @@ std::unique_ptr<decid_study> run_study(const decid_model& model, const std::stri
       make_plan(decid::read_sheet(sheet), decid::make_sources(decid::recordings_below(folder), {}),
                 decid::Choice::by_sheet, decid::ReadOptions{});
   decid::GroupTable groups = make_groups(asked, plan, sheet);
-  const decid::FreedParameters freed = decid::read_freed(asked.free, model.model.protocol.parameters());
+  decid::sim::Protocol protocol = model.model.protocol;
+  protocol.experiment.body_model = asked.controllers.front();
+  const decid::FreedParameters freed = decid::read_freed(asked.free, protocol.parameters());
   const std::vector<decid::FitGroup> joint =
       asked.joint.empty() ? std::vector<decid::FitGroup>() : decid::joint_groups(plan, asked.joint, freed.conditions);
   decid::refuse_joint_cells(groups, joint);
   std::vector<std::string> inputs;
   for (const decid::PlannedRecording& one : plan.recordings) inputs.push_back(one.source.file.string());
   inputs.insert(inputs.end(), {sheet, path_of(model)});
-  decid::Report report = asked.is_fit ? fit(model, plan, asked, freed.names, joint, inputs)
+  decid::Report report = asked.is_fit ? fit(model, protocol, plan, asked, freed.names, joint, inputs)
                                       : decid::identify_plan(model.model, model.name, plan);
   if (asked.compares()) report.groups = report_groups(std::move(groups), report);
   report.model = model.name;
@@ -157,7 +168,8 @@ decid_status decid_study_run(const decid_model* model, const char* sheet, const 
                              decid_study** study) {
   return made(study, study_where, [&] {
     const decid_study_options all = options_of(options, decid_study_defaults, study_where);
-    return run_study(given(model, study_where, "model"), &given(sheet, study_where, "sheet"), AskedStudy(all));
+    const decid_model& answering = given(model, study_where, "model");
+    return run_study(answering, &given(sheet, study_where, "sheet"), AskedStudy(all, answering.model.protocol));
   });
 }
 void decid_study_free(decid_study* study) {

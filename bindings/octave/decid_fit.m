@@ -12,9 +12,17 @@
 %   "moved_before"          true: the platform played the cycle's end before the recording
 %   "max_draws"             of each chain, 8 or more
 %   "seed"                  of the chains
+%   "controllers"           such as "dec,dec2015,ic": each is fitted, and the result is of the first one; otherwise the
+%                           protocol's. Ranges and priors act on the controllers that have the parameter
 %
 % result also has quantities (sensor_noise_deg, start_s and gain, in the form of parameters), draws (a column for each
-% parameter and quantity, chain by chain), chains, agreed, from_network and divergences.
+% parameter and quantity, chain by chain), chains, agreed, from_network, divergences and comparison: a structure array with
+% an element for each controller, if there are several, of controller, log_predictive_density (leave-one-out, nats),
+% difference to the largest density (nats: 0 or below), difference_standard_error, weight (stacking) and comparable (false:
+% its chains are far apart or it has an invalid warning; ignore its numbers).
+%
+%   fit = decid_fit ("recording.csv", "controllers", "dec,dec2015,ic");
+%   [{fit.comparison.controller}; {fit.comparison.difference}; {fit.comparison.difference_standard_error}]
 function result = decid_fit (recording, varargin)
   result = decid_mex ('fit', recording, struct (varargin{:}));
 end

@@ -59,14 +59,14 @@ static void require(decid_status status) {
 static const char* const identify_options[] = {IDENTIFY_OPTIONS, NULL};
 static const char* const fit_options[] = {IDENTIFY_OPTIONS, "protocol",     "prior_start", "prior_gain",
                                           "prior_noise",    "max_draws",    "seed",        "ranges",
-                                          "priors",         "moved_before", NULL};
+                                          "priors",         "moved_before", "controllers", NULL};
 static const char* const read_options[] = {READ_OPTIONS, "height", NULL};
 static const char* const only_of_files[] = {"column", "fill_gaps", "tilt_column", "section",    "trial_column",
                                             "trial",  "missing",   "skip_lines",  "com_height", "leg",
                                             "trunk",  "hip",       "shoulder",    "ankle"};
 static const char* const trial_names_options[] = {"section", "trial_column", "skip_lines", NULL};
-static const char* const study_options[] = {"group", "within", "covariates", "fit",  "joint",
-                                            "free",  "model",  "max_draws",  "seed", NULL};
+static const char* const study_options[] = {"group", "within",    "covariates", "fit",         "joint", "free",
+                                            "model", "max_draws", "seed",       "controllers", NULL};
 
 static int is_one_of(const char* name, const char* const* names) {
   for (; *names != NULL; ++names)
@@ -212,6 +212,24 @@ static mxArray* parameters_of(size_t first, size_t end) {
   return list;
 }
 
+static mxArray* comparison(void) {
+  static const char* fields[] = {
+      "controller", "log_predictive_density", "difference", "difference_standard_error", "weight", "comparable"};
+  const size_t count = decid_result_controllers(result);
+  mxArray* list = mxCreateStructMatrix(1, count, 6, fields);
+  size_t i;
+  for (i = 0; i < count; ++i) {
+    const decid_compared_controller* of = decid_result_controller(result, i);
+    mxSetField(list, i, "controller", mxCreateString(of->controller));
+    mxSetField(list, i, "log_predictive_density", row(&of->log_predictive_density, 1));
+    mxSetField(list, i, "difference", row(&of->difference, 1));
+    mxSetField(list, i, "difference_standard_error", row(&of->difference_standard_error, 1));
+    mxSetField(list, i, "weight", row(&of->weight, 1));
+    mxSetField(list, i, "comparable", mxCreateLogicalScalar(of->comparable != 0));
+  }
+  return list;
+}
+
 static void add_fit(mxArray* to) {
   const decid_sampling* sampling = decid_result_sampling(result);
   const size_t parameters = decid_result_parameters(result), quantities = decid_result_quantities(result);
@@ -226,6 +244,7 @@ static void add_fit(mxArray* to) {
   add(to, "agreed", mxCreateLogicalScalar(sampling->agreed != 0));
   add(to, "from_network", mxCreateLogicalScalar(sampling->from_network != 0));
   add(to, "divergences", mxCreateDoubleScalar(sampling->divergences));
+  add(to, "comparison", comparison());
 }
 
 static mxArray* result_to_octave(void) {
@@ -418,6 +437,7 @@ static mxArray* fit(const mxArray* source, const mxArray* options) {
   how.moved_before = whole(options, "moved_before", 0);
   how.parameter_prior_count = take_priors(options, priors);
   how.parameter_priors = priors;
+  how.controllers = text(options, "controllers");
   played = text(options, "protocol");
   if (played != NULL) require(decid_protocol_load(played, &protocol));
   how.protocol = protocol;
@@ -477,6 +497,7 @@ static mxArray* run_study(const mxArray* source, const mxArray* options) {
   how.fit = whole(options, "fit", 0);
   how.joint = text(options, "joint");
   how.free = text(options, "free");
+  how.controllers = text(options, "controllers");
   how.max_draws = whole(options, "max_draws", how.max_draws);
   how.seed = seed_of(options, how.seed);
   take_model(options);

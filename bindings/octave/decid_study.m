@@ -12,7 +12,8 @@
 %   "fit"                   true: sample posteriors, which takes seconds to minutes per recording
 %   "joint"                 of fits: fit recordings together that have the same text in this column, such as "participant_id"
 %   "free"                  with "joint": parameters that differ between the texts of a column, such as "theta,Nv:condition"
-%   "max_draws", "seed"     of fits, as in decid_fit
+%   "max_draws", "seed", "controllers"
+%                           of fits, as in decid_fit; not several controllers with "joint"
 %   "model"                 a model file; otherwise the built-in model
 %
 % study: a structure of the program's JSON (docs/guide/results.md, docs/guide/groups.md); null is [], or NaN among numbers.

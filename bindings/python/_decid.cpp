@@ -176,7 +176,7 @@ using ParameterPrior = std::tuple<std::string, double, double, double, double>;
 Result fit(const Model& model, const Recording& recording, double mass_kg, double height_m, double begin_s, int detrend,
            const std::optional<Protocol>& protocol, double prior_start_s, double prior_gain, double prior_noise_deg,
            int max_draws, std::uint64_t seed, bool moved_before, const std::vector<ParameterPrior>& parameter_priors,
-           py::object progress) {
+           const OptionalText& controllers, py::object progress) {
   Callback callback(std::move(progress));
   decid_fit_options options;
   decid_fit_defaults(&options, sizeof options);
@@ -196,6 +196,7 @@ Result fit(const Model& model, const Recording& recording, double mass_kg, doubl
     priors.push_back({name.c_str(), low, high, mean, sd});
   options.parameter_priors = priors.data();
   options.parameter_prior_count = priors.size();
+  options.controllers = text_or_null(controllers);
   options.progress = Callback::progress;
   options.user = &callback;
   decid_result* made = nullptr;
@@ -272,12 +273,24 @@ py::object result_draws(const py::object& self) {
   return all;
 }
 
+/// Keywords of decid.ComparedController.
+py::list result_controllers(const Result& result) {
+  py::list all;
+  for (std::size_t i = 0; i < decid_result_controllers(result.get()); ++i) {
+    const decid_compared_controller& of = *decid_result_controller(result.get(), i);
+    all.append(py::dict("controller"_a = of.controller, "log_predictive_density"_a = of.log_predictive_density,
+                        "difference"_a = of.difference, "difference_standard_error"_a = of.difference_standard_error,
+                        "weight"_a = of.weight, "comparable"_a = of.comparable != 0));
+  }
+  return all;
+}
+
 // ---- Studies ----
 
 /// Returns the JSON of the study.
 py::str run_study(const Model& model, const std::string& sheet, bool by_group, const OptionalText& within,
                   const OptionalText& covariates, bool fit, const OptionalText& joint, const OptionalText& free,
-                  int max_draws, std::uint64_t seed, py::object progress) {
+                  int max_draws, std::uint64_t seed, const OptionalText& controllers, py::object progress) {
   Callback callback(std::move(progress));
   decid_study_options options;
   decid_study_defaults(&options, sizeof options);
@@ -287,6 +300,7 @@ py::str run_study(const Model& model, const std::string& sheet, bool by_group, c
   options.fit = fit ? 1 : 0;
   options.joint = text_or_null(joint);
   options.free = text_or_null(free);
+  options.controllers = text_or_null(controllers);
   options.max_draws = max_draws;
   options.seed = seed;
   options.progress = Callback::progress;
@@ -446,12 +460,14 @@ PYBIND11_MODULE(_decid, module) {
                                static constexpr const char* names[] = {"usable", "caution", "not usable"};
                                return names[decid_result_trust(result.get())];
                              })
+      .def_property_readonly("parameters", [](const Result& r) { return decid_result_parameters(r.get()); })
       .def_property_readonly("quantities", result_quantities)
       .def_property_readonly("correlations", result_correlations)
       .def_property_readonly("figures", result_figures)
       .def_property_readonly("warnings", result_warnings)
       .def_property_readonly("sampling", result_sampling)
       .def_property_readonly("draws", result_draws)
+      .def_property_readonly("controllers", result_controllers)
       .def_property_readonly("sway", [](const py::object& r) { return result_signal(r, decid_result_sway); })
       .def_property_readonly("fitted", [](const py::object& r) { return result_signal(r, decid_result_fitted); });
   module.def("identify", identify);

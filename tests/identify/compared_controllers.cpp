@@ -9,9 +9,11 @@
 
 #include "identify/result.hpp"
 #include "sim/body_model.hpp"
+#include "tests/helpers.hpp"
 #include "tests/near.hpp"
 
 using namespace decid;
+using test::check_error;
 using test::near;
 
 namespace {
@@ -108,6 +110,15 @@ TEST_CASE("controllers: recordings that are not usable or not comparable count a
   CHECK(sums->not_comparable == 2);
   CHECK(sums->controllers[1].difference == -5.0);
   CHECK_FALSE(sum_controllers({}));
+}
+
+TEST_CASE("controllers: a list names each once, in its order") {
+  using Controllers = std::vector<const sim::BodyModel*>;
+  CHECK(find_controllers("", "list").empty());
+  CHECK(find_controllers("ic,dec", "list") == Controllers{&sim::independent_channels(), &sim::single_pendulum()});
+  check_error([] { find_controllers("dec,pid", "list"); }, Code::setting_unknown, "list");
+  check_error([] { find_controllers("dec,,ic", "list"); }, Code::setting_unknown, "list");
+  check_error([] { find_controllers("dec,ic,dec", "list"); }, Code::setting_conflict, "list");
 }
 
 TEST_CASE("controllers: chains that do not agree are not compared") {

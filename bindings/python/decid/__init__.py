@@ -14,10 +14,10 @@ from ._calls import (Dataset, Epoch, Recording, Trials, controllers, evaluate, f
                      trial_names)
 from ._decid import Error, __version__
 from ._network import Layer, Model, Network, ParameterInfo, Protocol
-from ._results import Body, Evaluation, Fit, Notice, Parameter, Result, Sampling, Study, TiltMatch
+from ._results import Body, ComparedController, Evaluation, Fit, Notice, Parameter, Result, Sampling, Study, TiltMatch
 
 __all__ = [
-    "Body", "Dataset", "Epoch", "Error", "Evaluation", "Fit", "Layer", "Model", "Network", "Notice", "Parameter",
+    "Body", "ComparedController", "Dataset", "Epoch", "Error", "Evaluation", "Fit", "Layer", "Model", "Network", "Notice", "Parameter",
     "ParameterInfo", "Protocol", "Recording", "Result", "Sampling", "Study", "TiltMatch", "Trials", "controllers", "evaluate", "fit", "identify",
     "read", "set_threads", "simulate", "study", "train", "trial_names",
 ]

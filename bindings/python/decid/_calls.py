@@ -5,13 +5,13 @@ import json
 import math
 import os
 from dataclasses import dataclass, field
-from typing import Any, Callable, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _decid
-from ._checks import body_of, error as _error, flag, number, number_or, numbers_of, pairs_of, positive_or_0, seed_of, whole
+from ._checks import body_of, error as _error, flag, number, number_or, numbers_of, pairs_of, positive_or_0, seed_of, whole, words
 from ._network import Model, Protocol, as_model, as_protocol
 from ._results import Evaluation, Fit, Notice, Result, Study, result_of
 
@@ -252,7 +252,7 @@ def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optiona
     of = as_model(model)
     raw = _decid.identify(of._handle, _recording_of(recording, rate, unit, reading, height, detrend)._handle, *body_of(mass, height),
                           number_or(begin, "begin", math.nan), _number_of(_DETREND, detrend, "detrend"))
-    return result_of(raw, len(of.protocol.parameters))
+    return result_of(raw)
 
 
 def _priors_of(ranges: Optional[Mapping[str, Tuple[float, float]]],
@@ -263,13 +263,23 @@ def _priors_of(ranges: Optional[Mapping[str, Tuple[float, float]]],
     return [(name, *limits.get(name, none), *normal.get(name, none)) for name in dict.fromkeys([*limits, *normal])]
 
 
+def _list_of(names: Union[str, Iterable[str], None], where: str) -> Optional[str]:
+    """Names separated by commas, as C has them; None for none."""
+    if names is None or isinstance(names, str):
+        return names or None
+    if not isinstance(names, Iterable):
+        raise _error("setting_malformed", where, f"is {names!r}", "give a list of texts")
+    return ",".join(words(name, where) for name in names) or None
+
+
 def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[float] = None, unit: Optional[str] = None, *,
         mass: Optional[float] = None, height: Optional[float] = None, begin: Optional[float] = None,
         detrend: str = "none", model: Union[Model, Path, None] = None, protocol: Union[Protocol, Path, None] = None,
         prior_start: float = 0.1, prior_gain: float = 0.06, prior_noise: float = 0.02,
         ranges: Optional[Mapping[str, Tuple[float, float]]] = None,
         priors: Optional[Mapping[str, Tuple[float, float]]] = None, moved_before: bool = False, max_draws: int = 160,
-        seed: int = 1, progress: Optional[Callable[[float, str], object]] = None, **reading: Any) -> Fit:
+        seed: int = 1, controllers: Union[str, Iterable[str], None] = None,
+        progress: Optional[Callable[[float, str], object]] = None, **reading: Any) -> Fit:
     """Draws from the posterior, in seconds to minutes; same bits as `decid fit`. Arguments of identify(), and:
 
     protocol: the protocol played; None: the model's. prior_start: the recording starts at most this many s before or after
@@ -277,27 +287,31 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
     measurement noise's prior in degrees, two thirds within a factor of 20. ranges: where parameters may lie, {"delay": (0.05,
     0.2)}; priors: normal distributions within the ranges, mean and standard deviation, {"delay": (0.12, 0.02)}; both in the
     units of Result.parameters. moved_before: True if the platform played the cycle's end before the recording. max_draws: of
-    each chain. progress(done, stage): gets the fraction done, 0 to 1; its exceptions end the fit."""
+    each chain. progress(done, stage): gets the fraction done, 0 to 1; its exceptions end the fit.
+
+    controllers: names of controllers(), each of which is fitted; Fit.comparison compares them, and the parameters are the
+    first one's. None: the protocol's; one of another controller than "dec" must be among them. ranges and priors act on the
+    controllers that have the parameter.
+
+        fit = decid.fit("recording.csv", controllers=["dec", "dec2015", "ic"])
+        fit.comparison["ic"].difference, fit.comparison["ic"].difference_standard_error     # nats"""
     of = as_model(model)
     played = None if protocol is None else as_protocol(protocol)
     raw = _decid.fit(of._handle, _recording_of(recording, rate, unit, reading, height, detrend)._handle, *body_of(mass, height),
                      number_or(begin, "begin", math.nan), _number_of(_DETREND, detrend, "detrend"),
                      None if played is None else played._handle, number(prior_start, "prior_start"),
                      number(prior_gain, "prior_gain"), number(prior_noise, "prior_noise"), whole(max_draws, "max_draws", 8),
-                     seed_of(seed), flag(moved_before, "moved_before"), _priors_of(ranges, priors), progress)
-    found = result_of(raw, len((of.protocol if played is None else played).parameters))
+                     seed_of(seed), flag(moved_before, "moved_before"), _priors_of(ranges, priors),
+                     _list_of(controllers, "controllers"), progress)
+    found = result_of(raw)
     assert isinstance(found, Fit)
     return found
-
-
-def _columns(names: Union[str, Sequence[str]]) -> Optional[str]:
-    return (names if isinstance(names, str) else ",".join(names)) or None
 
 
 def study(sheet: Path, *, group: bool = False, within: Union[str, Sequence[str]] = (),
           covariates: Union[str, Sequence[str]] = (), fit: bool = False, joint: Optional[str] = None,
           free: Optional[str] = None, model: Union[Model, Path, None] = None, max_draws: int = 160, seed: int = 1,
-          progress: Optional[Callable[[float, str], object]] = None) -> Study:
+          controllers: Union[str, Iterable[str], None] = None, progress: Optional[Callable[[float, str], object]] = None) -> Study:
     """Estimates all recordings of a study's sheet, and compares its participants: `decid identify --study`, or with fit=True
     `decid fit --study`, each recording with its own body, protocol and reading options.
 
@@ -306,9 +320,11 @@ def study(sheet: Path, *, group: bool = False, within: Union[str, Sequence[str]]
     group: True compares the groups in the sheet's column "group". within: "session", "condition" or both, to compare within
     participants. covariates: columns of numbers, also "weight" (kg) and "height" (m). joint: fit recordings together that have
     the same text in this column, such as "participant_id". free: parameters that then differ between the texts of another
-    column, such as "theta,Nv:condition". max_draws, seed, progress: as in fit()."""
-    text = _decid.study(as_model(model)._handle, os.fspath(sheet), flag(group, "group"), _columns(within),
-                        _columns(covariates), flag(fit, "fit"), joint, free, whole(max_draws, "max_draws", 8), seed_of(seed), progress)
+    column, such as "theta,Nv:condition". max_draws, seed, controllers, progress: as in fit(), for fit=True; several controllers
+    do not go with joint."""
+    text = _decid.study(as_model(model)._handle, os.fspath(sheet), flag(group, "group"), _list_of(within, "within"),
+                        _list_of(covariates, "covariates"), flag(fit, "fit"), joint, free, whole(max_draws, "max_draws", 8), seed_of(seed),
+                        _list_of(controllers, "controllers"), progress)
     return Study(text)
 
 

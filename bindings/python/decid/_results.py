@@ -152,12 +152,24 @@ class Sampling:
     seconds: float
 
 
+@dataclass(frozen=True)
+class ComparedController:
+    """A controller among those that a fit compares, by how well it predicts each block of the recording from all others."""
+    controller: str
+    log_predictive_density: float  #: leave-one-out, of the recording, nats
+    difference: float  #: of it to the largest one, nats: 0 or below; below two standard errors it decides nothing
+    difference_standard_error: float  #: nats; 0 for the controller with the largest density
+    weight: float  #: stacking: the mixture of the controllers with these weights predicts best; they add up to 1
+    comparable: bool  #: False: its chains are far apart or it has an invalid warning; ignore its numbers
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Fit(Result):
     """The posterior of a recording: a Result whose intervals are those of the draws."""
     quantities: dict[str, Parameter]  #: sensor_noise_deg, start_s and gain
     draws: dict[str, np.ndarray]  #: of parameters and quantities, chain by chain: (draws,)
     sampling: Sampling
+    comparison: dict[str, ComparedController]  #: by the controllers' names, in the order of fit(); empty for one
 
     def _shown(self) -> dict[str, Parameter]:
         return {**self.parameters, **self.quantities}
@@ -231,11 +243,12 @@ class Evaluation:
     log_score: Optional[float]  #: nats per parameter; 0: only the ranges are known
 
 
-def result_of(raw: _decid.Result, parameters: int) -> Result:
-    """A Result, or a Fit if it is one; parameters: how many of its quantities are the model's."""
+def result_of(raw: _decid.Result) -> Result:
+    """A Result, or a Fit if it is one."""
     figures = raw.figures
     quantities = {of["name"]: Parameter(**of) for of in raw.quantities}
     names = list(quantities)
+    parameters = raw.parameters
     delay = figures["tilt_delay_s"]
     common: dict[str, Any] = {
         "parameters": {name: quantities[name] for name in names[:parameters]},
@@ -253,4 +266,5 @@ def result_of(raw: _decid.Result, parameters: int) -> Result:
     if sampling is None:
         return Result(**common)
     return Fit(quantities={name: quantities[name] for name in names[parameters:]}, draws=raw.draws,
-               sampling=Sampling(**sampling), **common)
+               sampling=Sampling(**sampling), comparison={of["controller"]: ComparedController(**of) for of in raw.controllers},
+               **common)

@@ -4,10 +4,14 @@
 #include <cmath>
 #include <limits>
 
+#include "base/files/json_object.hpp"
 #include "identify/fit_recordings.hpp"
+#include "sim/body_model.hpp"
 #include "sim/simulate.hpp"
 #include "sim/streams.hpp"
 #include "tests/bindings/c/owned.hpp"
+#include "tests/near.hpp"
+#include "tools/report/json/report_json.hpp"
 
 namespace decid {
 namespace {
@@ -21,20 +25,30 @@ decid_fit_options brief() {
   return options;
 }
 
+/// A trial of 4 s at 20 Hz, and the small network of such trials, in C too.
+struct Trial4s {
+  static constexpr const char* file = DECID_SOURCE_DIR "/tests/golden/0.2.0/net.safetensors";
+  Model model = load_model(file);
+  OwnedModel same = make<OwnedModel>([](decid_model** place) { return decid_model_load(file, place); });
+  double rate_hz = model.protocol.experiment.sample_rate_hz;
+  std::vector<double> sway_rad = simulate();
+  OwnedRecording recording = make<OwnedRecording>([&](decid_recording** place) {
+    return decid_recording_of(sway_rad.data(), sway_rad.size(), rate_hz, DECID_RADIANS, place);
+  });
+
+ private:
+  std::vector<double> simulate() const {
+    std::vector<double> sway(static_cast<std::size_t>(model.protocol.samples()));
+    sim::Simulator(model.protocol).run(model.parameters().middle(), Random(7, sim::streams::vestibular_noise, 0), sway);
+    return sway;
+  }
+};
+
 }  // namespace
 
 TEST_CASE("a fit has the draws of the library's") {
-  // A small network of trials of 4 s at 20 Hz.
-  const char* file = DECID_SOURCE_DIR "/tests/golden/0.2.0/net.safetensors";
-  const Model model = load_model(file);
-  const OwnedModel same = make<OwnedModel>([&](decid_model** place) { return decid_model_load(file, place); });
-  const double rate_hz = model.protocol.experiment.sample_rate_hz;
-  std::vector<double> sway_rad(static_cast<std::size_t>(model.protocol.samples()));
-  sim::Simulator(model.protocol)
-      .run(model.parameters().middle(), Random(7, sim::streams::vestibular_noise, 0), sway_rad);
-  const OwnedRecording recording = make<OwnedRecording>([&](decid_recording** place) {
-    return decid_recording_of(sway_rad.data(), sway_rad.size(), rate_hz, DECID_RADIANS, place);
-  });
+  const Trial4s trial;
+  const Model& model = trial.model;
   decid_fit_options options = brief();
   options.moved_before = 1;
   options.seed = 10;  // whose chains are far apart
@@ -44,15 +58,15 @@ TEST_CASE("a fit has the draws of the library's") {
     static_cast<std::vector<double>*>(user)->push_back(stage != nullptr ? done : -1.0);
     return 0;
   };
-  const OwnedResult result =
-      make<OwnedResult>([&](decid_result** place) { return decid_fit(same.get(), recording.get(), &options, place); });
+  const OwnedResult result = make<OwnedResult>(
+      [&](decid_result** place) { return decid_fit(trial.same.get(), trial.recording.get(), &options, place); });
   CHECK(reported.size() > 5);
   CHECK(std::ranges::is_sorted(reported));
   CHECK(reported.front() >= 0.0);
   CHECK(reported.back() <= 1.0);
 
   RecordingResult expected =
-      bring(recording::make_recording(sway_rad, rate_hz), recording::ProtocolPlan(model.protocol), {});
+      bring(recording::make_recording(trial.sway_rad, trial.rate_hz), recording::ProtocolPlan(model.protocol), {});
   FitRequest request;
   request.settings.max_draws = request.settings.min_draws = 8;
   request.priors.moved_before = true;
@@ -89,6 +103,79 @@ TEST_CASE("a fit has the draws of the library's") {
   CHECK(std::isnan(decid_result_parameter(result.get(), 9)->normalized));
   CHECK(decid_result_correlation(result.get(), 0, 9) == found.correlation(0, found.quantity(9)));
   CHECK(decid_result_correlation(result.get(), 0, 1) == estimate.distribution->correlation(0, 1));
+}
+
+TEST_CASE("a fit of several controllers has the comparison of the program's JSON") {
+  const Trial4s trial;
+  decid_fit_options options = brief();
+  options.controllers = "ic,dec";
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<decid_parameter_prior> priors{{"Kp", 300.0, 2000.0, none, none},
+                                                  {"theta", none, none, 0.001, 0.0005}};
+  options.parameter_priors = priors.data();
+  options.parameter_prior_count = priors.size();
+  const OwnedResult result = make<OwnedResult>(
+      [&](decid_result** place) { return decid_fit(trial.same.get(), trial.recording.get(), &options, place); });
+
+  sim::Protocol protocol = trial.model.protocol;
+  protocol.experiment.body_model = &sim::independent_channels();
+  FitRequest request;
+  request.settings.max_draws = request.settings.min_draws = 8;
+  const posterior::ParameterPrior kp{.name = "Kp", .range = {{300.0, 2000.0}}},
+      theta{.name = "theta", .normal = {{0.001, 0.0005}}};
+  request.priors.parameters = {kp};
+  request.others.push_back({&sim::single_pendulum(), {kp, theta}});
+  Fitter fitter(&trial.model, protocol, {}, request);
+  Report report = fitter.report();
+  report.recordings.push_back(
+      bring(recording::make_recording(trial.sway_rad, trial.rate_hz), recording::ProtocolPlan(protocol), {}));
+  fitter.fit(report.recordings);
+  const Json expected = parse_json(tools::report_json(report), "report").at("recordings").at(0);
+
+  REQUIRE(decid_result_controllers(result.get()) == 2);
+  double weights = 0.0;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const decid_compared_controller& found = *decid_result_controller(result.get(), i);
+    const Json& of = expected.at("controllers").at(i);
+    CHECK(found.controller == of.at("controller").get<std::string>());
+    CHECK(found.log_predictive_density == of.at("log_predictive_density").get<double>());
+    CHECK(found.difference == of.at("difference").get<double>());
+    CHECK(found.difference_standard_error == of.at("difference_standard_error").get<double>());
+    CHECK(found.weight == of.at("weight").get<double>());
+    CHECK((found.comparable != 0) == of.at("comparable").get<bool>());
+    weights += found.weight;
+  }
+  CHECK(near(weights, 1.0, 1e-12));
+  CHECK(decid_result_controller(result.get(), 2) == nullptr);
+  CHECK(decid_result_parameter(result.get(), 0)->value == expected.at("parameters").at(0).at("value").get<double>());
+  CHECK(decid_result_parameters(result.get()) == sim::independent_channels().parameters.size());
+  CHECK(decid_result_controllers(nullptr) == 0);
+  CHECK(decid_result_controller(nullptr, 0) == nullptr);
+}
+
+TEST_CASE("a fit refuses controllers that it cannot compare") {
+  const Trial4s trial;
+  decid_result* result = nullptr;
+  decid_fit_options options = brief();
+  const auto fit = [&](const char* controllers) {
+    options.controllers = controllers;
+    return decid_fit(trial.same.get(), trial.recording.get(), &options, &result);
+  };
+  refused(fit("dec,pid"), Code::setting_unknown, "controllers");
+  refused(fit("dec,,ic"), Code::setting_unknown, "controllers");
+  refused(fit("dec,ic,dec"), Code::setting_conflict, "names dec twice");
+  const OwnedProtocol of_dec2015 = make<OwnedProtocol>(
+      [](decid_protocol** place) { return decid_protocol_load_controller("short", "dec2015", place); });
+  options.protocol = of_dec2015.get();
+  refused(fit("dec,ic"), Code::setting_conflict, "does not name dec2015");
+  options.protocol = nullptr;
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  const decid_parameter_prior of_ic{"W", 0.2, 0.8, none, none};  // no parameter of dec
+  options.parameter_priors = &of_ic;
+  options.parameter_prior_count = 1;
+  refused(fit("dec"), Code::setting_unknown, "W");
+  options.progress = [](void*, double, const char*) { return 1; };
+  refused(fit("dec,ic"), Code::stopped);
 }
 
 TEST_CASE("a callback stops a fit") {

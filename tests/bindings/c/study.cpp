@@ -50,6 +50,18 @@ TEST_CASE("C: studies that cannot be made are refused, and a callback stops fits
   refused(run(options), Code::setting_conflict, "free");
   options.within = options.joint = nullptr;
   refused(run(options), Code::setting_conflict, "free");
+  options = defaults();
+  options.controllers = "dec,ic";
+  refused(run(options), Code::setting_conflict, "controllers");
+  options.fit = 1;
+  options.joint = "participant_id";
+  refused(run(options), Code::setting_conflict, "joint");
+  options.joint = nullptr;
+  options.controllers = "dec,pid";
+  refused(run(options), Code::setting_unknown, "controllers");
+  options.controllers = "dec,ic,dec";
+  refused(run(options), Code::setting_conflict, "controllers");
+  options = defaults();
   options.size = 1;
   refused(run(options), Code::size_mismatch);
   options = defaults();

@@ -172,6 +172,24 @@ assert ({fitted.quantities.name}, {'sensor_noise_deg', 'start_s', 'gain'});
 equal (fitted.quantities(3).value, expected.recordings.gain.value);
 assert (numel (fitted.draws.Kp), expected.recordings.diagnostics.draws);
 
+% Several controllers of it.
+asked = {'model', network, 'max_draws', 8};
+fitted = decid_fit (brief, asked{:}, 'controllers', 'ic,dec');
+expected = jsondecode (program (decid, 'fit --json --quiet --controller ic,dec', options_of (asked), brief));
+same (fitted, expected);
+assert (numel (fitted.comparison), 2);
+for c = 1:2
+  of = expected.recordings.controllers{c};
+  mine = fitted.comparison(c);
+  assert (mine.controller, of.controller);
+  assert (mine.comparable, of.comparable);
+  equal ([mine.log_predictive_density, mine.difference, mine.difference_standard_error, mine.weight],
+         [of.log_predictive_density, of.difference, of.difference_standard_error, of.weight]);
+end
+assert (isempty (decid_fit (brief, asked{:}).comparison));
+refused ('setting_unknown', @() decid_fit (brief, asked{:}, 'controllers', 'dec,pid'));
+refused ('setting_conflict', @() decid_fit (brief, asked{:}, 'controllers', 'dec,ic,dec'));
+
 % A study of four persons in two sessions.
 lines = {'participant_id,group,session,file,age'};
 for person = 1:4
@@ -190,6 +208,7 @@ assert (numel (study.recordings), 8);
 assert (isequaln (study.hierarchical, expected.hierarchical));
 assert (isequaln (study.recordings{8}.parameters, expected.recordings(end).parameters));
 refused ('setting_unknown', @() decid_study (sheet, 'people', true));
+refused ('setting_conflict', @() decid_study (sheet, 'controllers', 'dec,ic'));  % not fits
 refused ('setting_malformed', @() decid_study (7));
 
 refused ('file_missing', @() decid_identify ('no.csv'));

@@ -231,7 +231,7 @@ class Fits(WithFolder):
                         priors={"delay": (0.12, 0.02)}, moved_before=True, mass=70, height=1.75, detrend="offset", prior_start=0.05,
                         prior_gain=0.1, prior_noise=0.05)
         of_identify = inspect.signature(decid.identify).parameters
-        wanted = set(inspect.signature(decid.fit).parameters) - set(of_identify) - {"progress"}
+        wanted = set(inspect.signature(decid.fit).parameters) - set(of_identify) - {"progress", "controllers"}
         self.assertEqual(wanted - set(keywords), set())
         expected = json.loads(program("fit", path, *options_of(keywords), "--draws", draws, "--json", "--quiet"))["recordings"][0]
         reported = []
@@ -269,6 +269,32 @@ class Fits(WithFolder):
         found = decid.fit(path, model=golden / "net.safetensors", protocol=protocol, max_draws=8)
         self.assertEqual(list(found.parameters), [info.name for info in protocol.parameters])
         self.assertEqual(list(found.quantities), ["sensor_noise_deg", "start_s", "gain"])
+
+    def test_several_controllers_are_compared_with_the_bits_of_the_program(self):
+        golden = SOURCE / "tests/golden/0.2.0"
+        path = self.trial("--protocol", golden / "protocol.json")
+        keywords = dict(model=golden / "net.safetensors", max_draws=8, ranges={"Kp": (300, 2000), "W": (0.2, 0.8)})
+        expected = json.loads(program("fit", path, *options_of(keywords), "--controller", "ic,dec", "--json", "--quiet"))["recordings"][0]
+        found = decid.fit(path, **keywords, controllers=["ic", "dec"])
+        self.check_same(found, expected)
+        self.assertEqual(list(found.comparison), ["ic", "dec"])
+        for of in expected["controllers"]:
+            compared = found.comparison[of["controller"]]
+            self.assertEqual(vars(compared), {key: of[key] for key in vars(compared)})
+        self.assertEqual({compared.difference == 0 for compared in found.comparison.values()}, {True, False})
+        self.assertEqual(pickle.loads(pickle.dumps(found)).comparison, found.comparison)
+        one = decid.fit(path, model=golden / "net.safetensors", max_draws=8, controllers="ic")
+        self.assertEqual((one.comparison, list(one.parameters)), ({}, list(found.parameters)))
+
+    def test_controllers_that_cannot_be_compared_are_refused(self):
+        trial = decid.simulate(seed=7)
+        of_dec2015 = decid.Protocol("default", "dec2015")
+        for code, keywords in (("setting_unknown", {"controllers": ["dec", "pid"]}), ("setting_conflict", {"controllers": "dec,ic,dec"}),
+                               ("setting_malformed", {"controllers": ["dec", 2015]}), ("setting_malformed", {"controllers": 2015}),
+                               ("setting_conflict", {"controllers": ["dec", "ic"], "protocol": of_dec2015})):
+            with self.subTest(keywords), self.assertRaises(decid.Error) as raised:
+                decid.fit(trial, **keywords)
+            self.assertEqual((raised.exception.code, raised.exception.where), (code, "controllers"))
 
     def test_what_a_callback_raises_comes_out(self):
         def end(done, stage):
@@ -365,6 +391,11 @@ class Studies(WithFolder):
         self.assertEqual(study.text, program("fit", "--study", path, "--joint", "participant_id", "--free",
                                              "theta,Nv:session", "--max-draws", 8, "--seed", 3, "--json"))
         self.assertTrue(stages and 0 <= min(stages) <= max(stages) <= 1)
+
+        compared = decid.study(path, fit=True, controllers=["ic", "dec"], max_draws=8)
+        expected = program("fit", "--study", path, "--controller", "ic,dec", "--max-draws", 8, "--seed", 1, "--json")
+        self.assertEqual(compared.text, expected.replace("(--range)", "(ranges)"))  # a warning, with Python's name of the setting
+        self.assertEqual([one["controller"] for one in compared.json["controller_comparison"]["controllers"]], ["ic", "dec"])
 
         def stop(done, stage):
             raise KeyError(stage)

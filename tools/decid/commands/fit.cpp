@@ -3,7 +3,6 @@
 #include <iostream>
 #include <memory>
 #include <optional>
-#include <sstream>
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
@@ -11,6 +10,7 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
+#include "identify/compared_controllers.hpp"
 #include "identify/fit_recordings.hpp"
 #include "identify/network/for_body.hpp"
 #include "identify/result_archive.hpp"
@@ -78,14 +78,7 @@ void check_kind(const FitOptions& options, const Command& command) {
 
 /// Returns the controllers that --controller names, in its order. Throws Error if the protocol names another one.
 std::vector<const sim::BodyModel*> controllers_of(const FitOptions& options, const sim::Protocol& protocol) {
-  std::vector<const sim::BodyModel*> all;
-  std::istringstream stream(options.controllers);
-  for (std::string name; std::getline(stream, name, ',');) {
-    const sim::BodyModel& model = sim::find_body_model(name, "--controller");
-    if (std::ranges::find(all, &model) != all.end())
-      throw Error(Code::setting_conflict, "--controller", "names " + name + " twice", "name each once");
-    all.push_back(&model);
-  }
+  std::vector<const sim::BodyModel*> all = find_controllers(options.controllers, "--controller");
   const sim::BodyModel* own = protocol.experiment.body_model;
   if (all.empty()) return {own};
   if (std::ranges::find(all, own) != all.end()) return all;
