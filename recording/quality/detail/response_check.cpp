@@ -393,16 +393,18 @@ ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signa
   return {n * (all / rest_power - 1.0), std::sqrt(power(response, 0) / n)};
 }
 
-bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, std::span<const SampleRange> gaps,
-                      Warnings& warnings) {
+Changes look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad,
+                         std::span<const SampleRange> gaps, const Warnings& known) {
+  Changes changes;
+  Warnings& warnings = changes.warnings;
   const ResponseCheck::Found found = check.check(sway_rad, gaps);
-  const bool known = std::ranges::any_of(warnings, [](const Warning& warning) {
+  const bool is_known = std::ranges::any_of(known, [](const Warning& warning) {
     return one_of(warning.code, {"jumps", "spikes", "frozen"});
   });
   const bool is_off = found.medians > off_medians && found.innovation_rad > off_deg * sim::rad_per_deg;
-  const bool moves = !known && !is_off && found.movement.deviations > movement_deviations &&
+  const bool moves = !is_known && !is_off && found.movement.deviations > movement_deviations &&
                      std::abs(found.movement.size) > movement_deg * sim::rad_per_deg;
-  if (!known && is_off)
+  if (!is_known && is_off)
     add_caution(warnings, "stretch_off",
                 three_digits(found.innovation_at_s) + " s after the protocol's start the sway moves by " +
                     three_digits(found.innovation_rad / sim::rad_per_deg) + " degrees within 0.1 s, " +
@@ -415,7 +417,7 @@ bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_r
                 "from " + three_digits(found.rest_begin_s) + " to " + three_digits(found.rest_end_s) +
                     " s of the protocol the sway does not follow the tilt, and otherwise it does: the platform stood "
                     "still there, or the sensor failed; give the part with the tilt and its protocol");
-    return false;
+    return changes;
   }
   const bool slips = found.slip_gain > slip_gain, is_shifted = slips && found.shift_gain > found.slip_gain;
   if (is_shifted || (!slips && found.early_s > 0.0)) {
@@ -427,16 +429,17 @@ bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_r
                     (late ? "give a recording from the protocol's start on"
                           : "give the protocol's start as " + setting("begin")) +
                     ", or let a fit infer it (" + setting("prior_start") + ")");
-    return true;
+    changes.other_start = true;
+    return changes;
   }
-  if (!slips) return false;
-  add_caution(warnings, "time_slips",
-              "after " + three_digits(found.slip_at_s) + " s of the protocol the sway follows the tilt " +
-                  three_digits(std::abs(found.slip_s)) + " s " + (found.slip_s > 0.0 ? "earlier" : "later") +
-                  " than before: " +
-                  (found.slip_s > 0.0 ? "a stretch of the recording is probably missing"
-                                      : "a stretch was probably recorded twice"));
-  return false;
+  if (slips)
+    add_caution(warnings, "time_slips",
+                "after " + three_digits(found.slip_at_s) + " s of the protocol the sway follows the tilt " +
+                    three_digits(std::abs(found.slip_s)) + " s " + (found.slip_s > 0.0 ? "earlier" : "later") +
+                    " than before: " +
+                    (found.slip_s > 0.0 ? "a stretch of the recording is probably missing"
+                                        : "a stretch was probably recorded twice"));
+  return changes;
 }
 
 }  // namespace decid::recording
