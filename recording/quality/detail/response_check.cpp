@@ -257,6 +257,28 @@ class DeadTimes {
   Taps right_{};
 };
 
+/// Returns the number of blocks times the relative decrease of the residual; 0 for a perfect fit.
+double gain_of(std::size_t blocks, double worse, double better) {
+  return better > 0.0 ? static_cast<double>(blocks) * (worse / better - 1.0) : 0.0;
+}
+
+/// Returns the blocks before the sway begins to respond; 0 for a small response, and if it begins after longest_dead.
+std::size_t find_dead_time(const DeadTimes& dead_times, std::size_t blocks) {
+  const auto gain = [&](double worse, double better) { return gain_of(blocks, worse, better); };
+  const double no_response = dead_times.residual(0, 0);
+  const double whole_gain = gain(no_response, dead_times.residual(0, longest_dead + taps));
+  if (!(whole_gain > dead_gain)) return 0;
+  // The taps before a dead time improve the fit by chance, and because the response is not linear.
+  const double inexact_gain = std::min(inexact_part * whole_gain, most_inexact_gain);
+  const auto is_needed = [&](std::size_t dead) {
+    return gain(dead_times.residual(dead, dead + taps), dead_times.residual(0, dead + taps)) >
+           std::max(chance_gain * static_cast<double>(dead) + chance_gain_more, inexact_gain);
+  };
+  std::size_t dead = 0;
+  while (dead < longest_dead && !is_needed(dead + 1)) ++dead;
+  return dead < longest_dead && gain(no_response, dead_times.residual(dead, dead + taps)) > dead_gain ? dead : 0;
+}
+
 std::string describe(const Movement& movement) {
   const std::string size = three_digits(std::abs(movement.size) / sim::rad_per_deg) + " degrees",
                     unexplained = ", which neither the tilt nor this sway's noise explains: ",
@@ -334,26 +356,11 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
     best_shifted = whole;
     found.shift_s = shift_s;
   }
-  const auto gain = [&](double worse, double better) {
-    return better > 0.0 ? static_cast<double>(blocks_) * (worse / better - 1.0) : 0.0;
-  };
+  const auto gain = [&](double worse, double better) { return gain_of(blocks_, worse, better); };
   found.slip_gain = gain(plain, best);
   found.shift_gain = gain(plain, best_shifted);
 
-  const DeadTimes dead_times(y, u, constant_of(fit.a));
-  const double no_response = dead_times.residual(0, 0);
-  const double whole_gain = gain(no_response, dead_times.residual(0, longest_dead + taps));
-  // The taps before a dead time improve the fit by chance, and because the response is not linear.
-  const double inexact_gain = std::min(inexact_part * whole_gain, most_inexact_gain);
-  const auto is_needed = [&](std::size_t dead) {
-    return gain(dead_times.residual(dead, dead + taps), dead_times.residual(0, dead + taps)) >
-           std::max(chance_gain * static_cast<double>(dead) + chance_gain_more, inexact_gain);
-  };
-  std::size_t dead = 0;
-  if (whole_gain > dead_gain)
-    while (dead < longest_dead && !is_needed(dead + 1)) ++dead;
-  if (dead > longest_dead_ && dead < longest_dead &&
-      gain(no_response, dead_times.residual(dead, dead + taps)) > dead_gain)
+  if (const std::size_t dead = find_dead_time(DeadTimes(y, u, constant_of(fit.a)), blocks_); dead > longest_dead_)
     found.early_s = static_cast<double>(dead - typical_dead_) * step_s_;
 
   double best_missing = plain;
