@@ -290,19 +290,22 @@ Held find_held(std::span<const double> sway) {
   return {common, first % common};
 }
 
-Warning held_warning(const Held& held, double rate_hz) {
+Warnings held_warnings(const Held& held, double rate_hz) {
+  Warnings warnings;
   const double length_s = static_cast<double>(held.samples) / rate_hz;
   const auto is_below = [&](double least_hz) { return length_s * least_hz > 1.0 + 1e-6; };
-  return {is_below(slowest_held_hz) ? Severity::invalid
-          : is_below(slow_held_hz)  ? Severity::caution
-                                    : Severity::info,
-          "held_samples",
-          "each value of the sway lasts " + std::to_string(held.samples) + " samples: the sensor's rate is " +
-              six_digits(std::round(1e3 / length_s) / 1e3) + " Hz, and the file repeats its values at " +
-              six_digits(rate_hz) + " Hz; " +
-              (is_below(slowest_held_hz) ? "below 5 Hz it loses the response to the platform: record faster"
-               : is_below(slow_held_hz)  ? "record at 25 Hz or faster"
-                                         : "give the sensor's own samples")};
+  add_warning(warnings,
+              is_below(slowest_held_hz) ? Severity::invalid
+              : is_below(slow_held_hz)  ? Severity::caution
+                                        : Severity::info,
+              "held_samples",
+              "each value of the sway lasts " + std::to_string(held.samples) + " samples: the sensor's rate is " +
+                  six_digits(std::round(1e3 / length_s) / 1e3) + " Hz, and the file repeats its values at " +
+                  six_digits(rate_hz) + " Hz; " +
+                  (is_below(slowest_held_hz) ? "below 5 Hz it loses the response to the platform: record faster"
+                   : is_below(slow_held_hz)  ? "record at 25 Hz or faster"
+                                             : "give the sensor's own samples"));
+  return warnings;
 }
 
 struct Smoothing {
@@ -311,23 +314,25 @@ struct Smoothing {
 };
 
 Smoothing look_for_smoothing(std::span<const double> sway, double rate_hz, double held_s) {
-  const auto smooth = [](bool is_caution, std::string text) -> Warnings {
-    return {{is_caution ? Severity::caution : Severity::info, "smooth", std::move(text)}};
-  };
-  if (const double length_s = moving_average_s(sway, rate_hz, held_s); length_s > 0.0)
-    return {{},
-            smooth(length_s > trained_average_s * (1.0 + 1e-6),
-                   "the sway was smoothed by a moving average of " + three_digits(length_s) +
-                       " s, or each value was held for this time: this removes information about the controller, and "
-                       "may add to the delay; give unfiltered recordings")};
-  if (const std::optional<LowPass> low_pass = find_low_pass(sway, rate_hz))
-    return {low_pass, smooth(removes_much(*low_pass), describe(*low_pass))};
-  if (rate_hz >= noise_rate_hz && measurement_noise_deg(sway, rate_hz) < smooth_deg)
-    return {{},
-            smooth(false,
-                   "the sway has no measurement noise above 12 Hz: it was simulated, or smoothed; smoothing adds to "
-                   "the delay, so give unfiltered recordings")};
-  return {};
+  Smoothing found;
+  if (const double length_s = moving_average_s(sway, rate_hz, held_s); length_s > 0.0) {
+    add_warning(found.warnings, length_s > trained_average_s * (1.0 + 1e-6) ? Severity::caution : Severity::info,
+                "smooth",
+                "the sway was smoothed by a moving average of " + three_digits(length_s) +
+                    " s, or each value was held for this time: this removes information about the controller, and may "
+                    "add to the delay; give unfiltered recordings");
+    return found;
+  }
+  found.low_pass = find_low_pass(sway, rate_hz);
+  if (found.low_pass) {
+    add_warning(found.warnings, removes_much(*found.low_pass) ? Severity::caution : Severity::info, "smooth",
+                describe(*found.low_pass));
+  } else if (rate_hz >= noise_rate_hz && measurement_noise_deg(sway, rate_hz) < smooth_deg) {
+    add_info(found.warnings, "smooth",
+             "the sway has no measurement noise above 12 Hz: it was simulated, or smoothed; smoothing adds to the "
+             "delay, so give unfiltered recordings");
+  }
+  return found;
 }
 
 }  // namespace
@@ -356,7 +361,7 @@ FoundInSway look_for_faults(std::span<const double> sway_rad, double rate_hz, do
         warnings, degrees >= coarse_deg * (1.0 - 1e-6) ? Severity::caution : Severity::info, "coarse_steps",
         "the sway has steps of " + three_digits(degrees) + " degrees: the sensor is coarse, or the file was rounded");
   const Held held = find_held(sway_rad);
-  if (held.is_held()) warnings.push_back(held_warning(held, rate_hz));
+  if (held.is_held()) append(warnings, held_warnings(held, rate_hz));
   // Values that are held jump by nature, so decid looks at the sensor's own samples.
   const std::vector<double> own = held.is_held() ? held.values_of(sway_rad) : std::vector<double>();
   const std::span<const double> sway = held.is_held() ? std::span<const double>(own) : sway_rad;
