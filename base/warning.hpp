@@ -1,6 +1,7 @@
 // Warnings about a result: assumptions, suspicious data, and reasons not to use it.
 #pragma once
 
+#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,6 +33,10 @@ inline void add_caution(Warnings& warnings, std::string code, std::string text) 
 }
 inline void add_invalid(Warnings& warnings, std::string code, std::string text) {
   add_warning(warnings, Severity::invalid, std::move(code), std::move(text));
+}
+/// Adds `more` behind the warnings.
+inline void append(Warnings& warnings, Warnings more) {
+  warnings.insert(warnings.end(), std::move_iterator(more.begin()), std::move_iterator(more.end()));
 }
 
 /// Returns the first of the most severe warnings; the end if there are none.

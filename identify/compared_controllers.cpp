@@ -112,8 +112,8 @@ std::optional<Warning> better_controller_warning(std::span<const LeaveOneOut> le
   return Warning{Severity::caution, "other_controller", text};
 }
 
-void compare_controllers(std::span<const LeaveOneOut> left_out, const std::string& own, FitFigures& figures,
-                         Warnings& warnings) {
+std::optional<Warning> compare_controllers(std::span<const LeaveOneOut> left_out, const std::string& own,
+                                           const Warnings& warnings, FitFigures& figures) {
   std::vector<std::vector<double>> pointwise;
   for (const LeaveOneOut& one : left_out) pointwise.push_back(one.pointwise);
   const std::vector<ComparedModel> places = posterior::compare_models(pointwise);
@@ -129,8 +129,7 @@ void compare_controllers(std::span<const LeaveOneOut> left_out, const std::strin
     comparable.push_back(other.comparable);
     names.push_back(other.controller);
   }
-  if (const std::optional<Warning> better = better_controller_warning(left_out, comparable, names))
-    warnings = most_severe_first({{*better}, warnings});
+  return better_controller_warning(left_out, comparable, names);
 }
 
 std::optional<ControllerSums> sum_controllers(const Report& report) {

@@ -36,10 +36,10 @@ std::optional<Warning> better_controller_warning(std::span<const posterior::Leav
                                                  const std::vector<bool>& comparable,
                                                  const std::vector<std::string>& names);
 
-/// Compares the controllers of a recording, whose fits are in `figures`: the protocol's, `own`, and its others. Adds
-/// better_controller_warning() to the warnings. left_out: of each of them, the protocol's first.
-void compare_controllers(std::span<const posterior::LeaveOneOut> left_out, const std::string& own, FitFigures& figures,
-                         Warnings& warnings);
+/// Compares the controllers of a recording, whose fits are in `figures`: the protocol's, `own`, and its others. Returns
+/// better_controller_warning(). left_out: of each of them, the protocol's first. warnings: those of the protocol's.
+std::optional<Warning> compare_controllers(std::span<const posterior::LeaveOneOut> left_out, const std::string& own,
+                                           const Warnings& warnings, FitFigures& figures);
 
 /// One controller among those of a call.
 struct SummedController {

@@ -282,12 +282,13 @@ FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, c
   return found;
 }
 
-void drop_refused_lean(Warnings& warnings) {
+Warnings without_refused_lean(Warnings warnings) {
   constexpr std::array<std::string_view, 6> refusals{"out_of_distribution", "impossible_value", "does_not_stand",
                                                      "weak_response",       "large_response",   "large_sway"};
   const bool is_refused = std::ranges::any_of(
       warnings, [&](const Warning& warning) { return std::ranges::find(refusals, warning.code) != refusals.end(); });
   if (is_refused) std::erase_if(warnings, [](const Warning& warning) { return warning.code == "slow_lean"; });
+  return warnings;
 }
 
 Warnings response_ratio_warnings(const Explanation& explanation, bool start_explains) {

@@ -71,8 +71,8 @@ std::vector<float> noise_free_trial(const sim::Simulator& simulator, const sim::
 /// start_explains: the recording starts elsewhere, so a weak response is expected.
 Warnings response_ratio_warnings(const Explanation& explanation, bool start_explains = false);
 
-/// Removes `slow_lean` if another warning says that the sway has another scale or sign, or resembles no simulated
-/// trial: the cycles of such a sway differ more too, and another trial would not help.
-void drop_refused_lean(Warnings& warnings);
+/// Returns the warnings without `slow_lean` if another one says that the sway has another scale or sign, or resembles
+/// no simulated trial: the cycles of such a sway differ more too, and another trial would not help.
+Warnings without_refused_lean(Warnings warnings);
 
 }  // namespace decid

@@ -35,16 +35,6 @@ sim::Protocol with_standing(sim::Protocol protocol, double standing_s) {
   return protocol;
 }
 
-/// Uses the measured tilt, else the request; warns if the tilt contradicts the request.
-bool moved_before(const recording::TiltMatch& tilt, bool asked, Warnings& warnings) {
-  const bool moved = tilt.moved_before.value_or(asked);
-  if (asked && !moved)
-    add_caution(
-        warnings, "moved_before",
-        setting("moved_before") + " contradicts the measured tilt, which rested before the start; decid uses the tilt");
-  return moved;
-}
-
 /// Returns an error of a recording, with its file.
 Error in_file(const Error& error, const std::string& file) {
   return Error(error.code(), file + ", " + error.where(), error.problem(), error.remedy());
@@ -73,25 +63,27 @@ bool is_incomplete(const Posterior& drawn, bool cut, const posterior::Settings& 
   return cut && drawn.draws_per_chain() < settings.max_draws;
 }
 
-/// Returns the trial as it was before a low-pass, with its gaps widened; warns if it is unknown. The warning of the
-/// sway as recorded then is information.
-recording::Trial without_low_pass(const recording::Trial& trial, double rate_hz, Warnings& warnings) {
+/// Returns the trial as it was before a low-pass, with its gaps widened; the trial itself if that is unknown.
+recording::Trial without_low_pass(const recording::Trial& trial, double rate_hz) {
   recording::Trial before = trial;
-  if (!trial.low_pass) return before;
-  const recording::LowPass& filter = *trial.low_pass;
+  if (!trial.low_pass || !can_undo(*trial.low_pass)) return before;
+  before.sway_rad() = undo(*trial.low_pass, trial.sway_rad(), rate_hz);
+  before.gaps = gaps_after_undo(*trial.low_pass, trial.gaps, rate_hz, trial.sway_rad().size());
+  return before;
+}
+
+/// Returns the warnings of a recording that had a low-pass as those of its trial without_low_pass(): the warning of the
+/// sway as recorded is information, and a caution says if a fit cannot undo the low-pass.
+Warnings warnings_without_low_pass(const recording::LowPass& filter, Warnings warnings) {
   for (Warning& warning : warnings)
     if (warning.code == "smooth") warning.severity = Severity::info;
-  if (can_undo(filter)) {
-    before.sway_rad() = undo(filter, trial.sway_rad(), rate_hz);
-    before.gaps = gaps_after_undo(filter, trial.gaps, rate_hz, trial.sway_rad().size());
-    return before;
-  }
-  add_caution(
-      warnings, "smooth",
-      format("a fit cannot undo the low-pass that smoothed the sway: at %g Hz it keeps %.0f to %.0f%% of it; give "
-             "an unfiltered recording",
-             recording::low_pass_hz, 100.0 * filter.gain_low, 100.0 * filter.gain_high));
-  return before;
+  if (!can_undo(filter))
+    add_caution(
+        warnings, "smooth",
+        format("a fit cannot undo the low-pass that smoothed the sway: at %g Hz it keeps %.0f to %.0f%% of it; give "
+               "an unfiltered recording",
+               recording::low_pass_hz, 100.0 * filter.gain_low, 100.0 * filter.gain_high));
+  return warnings;
 }
 
 }  // namespace
@@ -180,9 +172,14 @@ struct Fitter::Prepared {
 };
 
 Fitter::Prepared Fitter::prepare(RecordingResult& result) {
-  const posterior::Priors& priors = report_.fit->priors;
-  recording::Trial trial = without_low_pass(result.trial, report_.protocol.experiment.sample_rate_hz, result.warnings);
-  const bool moved = trial.tilt ? moved_before(*trial.tilt, priors.moved_before, result.warnings) : priors.moved_before;
+  recording::Trial trial = without_low_pass(result.trial, report_.protocol.experiment.sample_rate_hz);
+  if (trial.low_pass) result.warnings = warnings_without_low_pass(*trial.low_pass, std::move(result.warnings));
+  const bool asked = report_.fit->priors.moved_before;
+  const bool moved = trial.tilt ? trial.tilt->moved_before.value_or(asked) : asked;
+  if (asked && !moved)
+    add_caution(
+        result.warnings, "moved_before",
+        setting("moved_before") + " contradicts the measured tilt, which rested before the start; decid uses the tilt");
   const Density& density = plan_->own.density_for(trial, moved);
   posterior::Observation observation = density.observe(trial.sway_rad(), trial.gaps);
   return {std::move(trial), moved, &density, std::move(observation)};
@@ -351,10 +348,10 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   if (!unlike_training.empty())
     out_of_distribution.push_back({!odd.empty() || found.max_rhat() > odd_rhat ? Severity::invalid : Severity::caution,
                                    "out_of_distribution", "by the network, " + unlike_training});
-  result.warnings = most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings,
-                                       out_of_distribution, response_ratio_warnings(result.explanation, start_explains),
-                                       posterior_warnings(density, observation, found, from_network), contradictions});
-  drop_refused_lean(result.warnings);
+  result.warnings = without_refused_lean(
+      most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings, out_of_distribution,
+                         response_ratio_warnings(result.explanation, start_explains),
+                         posterior_warnings(density, observation, found, from_network), contradictions}));
   figures.inferred = posterior::infer(density, observation, found, report_.fit->keeps_log_likelihood);
   for (int i = 0; i < found.points(); ++i) figures.stored_draws.push_back(found.draw_of_point(i));
   figures.posterior.drop_points();
@@ -400,7 +397,8 @@ void Fitter::fit_others(RecordingResult& result, const Prepared& prepared, const
   }
   if (fits.empty()) return;
   figures.others = std::move(fits);
-  compare_controllers(left_out, plan_->own.name(), figures, result.warnings);
+  if (const auto better = compare_controllers(left_out, plan_->own.name(), result.warnings, figures))
+    result.warnings = most_severe_first({{*better}, result.warnings});
 }
 
 std::vector<FitGroup> with_singletons(std::vector<FitGroup> groups, std::size_t recordings) {

@@ -112,8 +112,7 @@ std::string hint_of_reference(const Explanation& explanation) {
 /// Adds a warning to recordings that are out of distribution.
 void judge(const Model& model, const Estimate& estimate, const recording::Trial& trial, Explanation& explanation) {
   if (!model.ood_detector.known()) {
-    const Warnings found = response_ratio_warnings(explanation);
-    explanation.warnings.insert(explanation.warnings.end(), found.begin(), found.end());
+    append(explanation.warnings, response_ratio_warnings(explanation));
     return;
   }
   explanation.ood_score = ood_score(estimate.distance, model.ood_detector.usual, explanation.response_ratio);
@@ -201,7 +200,7 @@ std::vector<Explanation> Identifier::compare(std::span<const Estimate> estimates
   std::vector<Explanation> all = explainer_->explain(answers);
   for (std::size_t i = 0; i < all.size(); ++i) {
     judge(model_, estimates[i], *trials[i], all[i]);
-    drop_refused_lean(all[i].warnings);
+    all[i].warnings = without_refused_lean(std::move(all[i].warnings));
   }
   return all;
 }
@@ -220,8 +219,8 @@ void Identifier::identify(std::span<RecordingResult> read) {
     RecordingResult& result = *usable[i];
     result.estimate = std::move(estimates[i]);
     result.explanation = std::move(explanations[i]);
-    result.warnings = most_severe_first({result.warnings, result.estimate.warnings, result.explanation.warnings});
-    drop_refused_lean(result.warnings);
+    result.warnings = without_refused_lean(
+        most_severe_first({result.warnings, result.estimate.warnings, result.explanation.warnings}));
   }
 }
 

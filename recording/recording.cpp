@@ -81,47 +81,52 @@ bool are_copies(const Table& table, int column, const std::vector<std::size_t>& 
   }
 }
 
-/// Drops rows that equal the row before them in every column as long as the time, with an info that counts them.
-/// Returns true if there are any. Does nothing if a row has the time of the row before it, and other values: then its
+/// Drops rows that equal the row before them in every column as long as the time. Returns an info that counts them;
+/// nothing if there are none. Does nothing if a row has the time of the row before it, and other values: then its
 /// time is wrong.
-bool drop_copied_rows(Table& table, int time, Warnings& warnings) {
+Warnings drop_copied_rows(Table& table, int time) {
   std::vector<double> times;
   try {
     times = table.times(time);
   } catch (const Error&) {  // another check names the cell
-    return false;
+    return {};
   }
   std::vector<std::size_t> copies;
   for (std::size_t row = 1; row < times.size(); ++row)
     if (times[row] == times[row - 1]) copies.push_back(row);
-  if (copies.empty()) return false;
+  if (copies.empty()) return {};
   for (int column = 0; column < table.columns(); ++column)
-    if (table.rows(column) == times.size() && !are_copies(table, column, copies)) return false;
+    if (table.rows(column) == times.size() && !are_copies(table, column, copies)) return {};
   std::vector<std::size_t> kept;
   for (std::size_t row = 0; row < times.size(); ++row)
     if (!std::ranges::binary_search(copies, row)) kept.push_back(row);
-  if (kept.size() < 2) return false;
+  if (kept.size() < 2) return {};
   const std::string place = table.locate(copies.front());
   table.keep_rows(time, kept);
-  add_info(warnings, "copied_rows",
+  return {{Severity::info, "copied_rows",
            std::to_string(copies.size()) +
                (copies.size() == 1 ? " row equals the row before it" : " rows equal the row before them") +
                ", time included (" + (copies.size() == 1 ? "" : "the first is ") + place + "): decid drops " +
-               (copies.size() == 1 ? "it" : "them"));
-  return true;
+               (copies.size() == 1 ? "it" : "them")}};
 }
 
 /// Returns the clock of a time column, without rows that are copies of the row before them.
 Clock read_times(Table& table, int time, Recording& recording) {
   const auto read = [&] { return read_clock(table, time, recording.file, setting("rate")); };
+  const auto drop_copies = [&] {
+    Warnings dropped = drop_copied_rows(table, time);
+    const bool has_dropped = !dropped.empty();
+    append(recording.warnings, std::move(dropped));
+    return has_dropped;
+  };
   Clock clock;
   try {
     clock = read();
   } catch (const Error&) {
-    if (!drop_copied_rows(table, time, recording.warnings)) throw;
+    if (!drop_copies()) throw;
     return read();
   }
-  return clock.has_shared_times && drop_copied_rows(table, time, recording.warnings) ? read() : clock;
+  return clock.has_shared_times && drop_copies() ? read() : clock;
 }
 
 Clock find_clock(Table& table, int sway, int time, const RecordingOptions& options, Recording& recording) {

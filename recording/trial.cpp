@@ -46,8 +46,37 @@ void check_rate(Recording& recording, double protocol_hz) {
                     ": below 25 Hz the errors of the parameters are up to 40% larger than for faster recordings");
 }
 
-/// Looks for faults in the samples that form the trial; the ranges of what it finds are those of the recording.
-FoundInSway look_for_faults_within(Recording& recording, double from_hz, const TrialPlacement& place,
+/// Throws Error for a given start that a named tilt defines too, or that lies outside of the recording.
+void check_start(const Recording& recording, double start_s, double recorded_s) {
+  if (recording.signals.find(platform_tilt) != nullptr && !recording.tilt_was_found)
+    throw Error(Code::setting_conflict, where(recording), "a start and a tilt both define the protocol's start",
+                either(recording, "give one of them",
+                       "give " + setting("begin") + " or " + setting("tilt_column") + ", not both"));
+  if (!(start_s >= 0.0 && start_s < recorded_s))
+    throw Error(Code::setting_out_of_range, where(recording),
+                "the start, " + six_digits(start_s) + " s after the first sample, lies outside of its " +
+                    six_digits(recorded_s) + " s",
+                either(recording, "give it in seconds after the first sample",
+                       "give " + setting("begin") + " in seconds after the recording's first sample"));
+}
+
+/// Returns the protocol's samples that a recording covers: from half a sample before the start on, to its end.
+TrialPlacement place_trial(double start_s, double recorded_s, const sim::Protocol& protocol) {
+  const double rate = protocol.experiment.sample_rate_hz;
+  return {start_s, std::max(0LL, static_cast<long long>(std::ceil(-start_s * rate - start_rounding))),
+          std::min(static_cast<long long>(protocol.samples()),
+                   static_cast<long long>(std::ceil((recorded_s - start_s) * rate - length_rounding))) -
+              1};
+}
+
+/// Returns true if too many of the `needed` samples are missing at an end, or half of them in all.
+bool lacks_much(const TrialPlacement& place, long long needed) {
+  const auto most = static_cast<long long>(missing_limit * static_cast<double>(needed));
+  return place.first > most || needed - 1 - place.last > most || 2 * (place.last - place.first) < needed;
+}
+
+/// Returns the faults of the samples that form the trial; their ranges are those of the recording.
+FoundInSway look_for_faults_within(const Recording& recording, double from_hz, const TrialPlacement& place,
                                    const sim::Protocol& protocol) {
   const std::vector<double>& sway = recording.signals.at(com_sway).rad;
   const auto sample_at = [&](long long k) {
@@ -61,7 +90,7 @@ FoundInSway look_for_faults_within(Recording& recording, double from_hz, const T
   std::vector<SampleRange> gaps = recording.gaps, known;  // known: counted from `begin`
   for (const SampleRange& gap : gaps)
     if (gap.end > begin) known.push_back({std::max(gap.first, begin) - begin, gap.end - begin});
-  FoundInSway found = look_for_faults(used, from_hz, recording.warnings, static_cast<double>(begin) / from_hz,
+  FoundInSway found = look_for_faults(used, from_hz, static_cast<double>(begin) / from_hz,
                                       sequence != nullptr ? sequence->state_s : 0.0, known);
   for (const SampleRange& stretch : found.unmeasured) gaps.push_back({begin + stretch.first, begin + stretch.end});
   found.unmeasured = joined_ranges(std::move(gaps));
@@ -85,9 +114,9 @@ double mean_of_part(const std::vector<double>& signal, std::size_t begin, std::s
   return decid::mean(std::span(signal).subspan(begin, end - begin));
 }
 
-/// Subtracts what `kind` names from a trial's sway (see Detrend), and says how much in a note.
-void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend kind, Warnings& warnings) {
-  if (kind == Detrend::none) return;
+/// Subtracts what `kind` names from a trial's sway (see Detrend). Returns a note that says how much; nothing for none.
+Warnings detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend kind) {
+  if (kind == Detrend::none) return {};
   const double rate = protocol.experiment.sample_rate_hz, lead_in_s = protocol.experiment.lead_in_s(),
                cycle_s = protocol.experiment.cycle_s();
   const int cycles = protocol.experiment.cycles();
@@ -116,11 +145,11 @@ void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend k
   const double offset = mean_of_part(sway, begin, end);
   for (double& value : sway) value -= offset;
   const double drift = slope * static_cast<double>(sway.size());
-  add_info(warnings, "detrended",
+  return {{Severity::info, "detrended",
            "subtracted: an offset of " + three_digits((offset + 0.5 * drift) / sim::rad_per_deg) + " degrees" +
                (kind == Detrend::linear
                     ? " and a drift of " + three_digits(drift / sim::rad_per_deg) + " degrees over the trial"
-                    : ""));
+                    : "")}};
 }
 
 /// Continues a tilt beyond the recording's ends by the prescribed movement: nobody stood on a mirrored tilt.
@@ -175,64 +204,54 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   const double recorded_s = static_cast<double>(recording.signals.samples()) / from_hz;
   if (recording.rate_hz < rate && !same_rate) check_rate(recording, rate);
   if (!recording.other_columns.empty()) look_for_tilt_by_values(plan, from_hz, recording);
+  if (options.start_s) check_start(recording, *options.start_s, recorded_s);
   const Signal<double>* tilt = recording.signals.find(platform_tilt);
-  if (options.start_s && tilt && !recording.tilt_was_found) {
-    throw Error(Code::setting_conflict, where(recording), "a start and a tilt both define the protocol's start",
-                either(recording, "give one of them",
-                       "give " + setting("begin") + " or " + setting("tilt_column") + ", not both"));
-  }
-  if (options.start_s && !(*options.start_s >= 0.0 && *options.start_s < recorded_s)) {
-    throw Error(Code::setting_out_of_range, where(recording),
-                "the start, " + six_digits(*options.start_s) + " s after the first sample, lies outside of its " +
-                    six_digits(recorded_s) + " s",
-                either(recording, "give it in seconds after the first sample",
-                       "give " + setting("begin") + " in seconds after the recording's first sample"));
-  }
   Trial trial;
   trial.is_large = recording.is_large;
-  TrialPlacement place{options.start_s.value_or(0.0), 0, needed - 1};
   if (tilt && !options.start_s) {
     trial.tilt = recording.tilt_was_found ? try_start(plan, from_hz, recording) : find_start(plan, from_hz, recording);
     tilt = recording.signals.find(platform_tilt);
   }
-  if (trial.tilt) place.start_s = trial.tilt->delay_s;
-  if (same_rate) place.start_s = std::round(place.start_s * rate) / rate;
-  // Fixes the length before any other work: samples k from half a sample before the start on, to the end.
-  place.first = std::max(0LL, static_cast<long long>(std::ceil(-place.start_s * rate - start_rounding)));
-  place.last = std::min(needed - 1,
-                        static_cast<long long>(std::ceil((recorded_s - place.start_s) * rate - length_rounding)) - 1);
-  const auto most = static_cast<long long>(missing_limit * static_cast<double>(needed));
-  if (place.first > most || needed - 1 - place.last > most || 2 * (place.last - place.first) < needed) {
-    const bool is_known = options.start_s || trial.tilt;
-    refuse_length(recording, protocol, is_known ? std::optional(place.start_s) : std::nullopt);
-  }
+  const bool is_start_known = options.start_s || trial.tilt;
+  double start_s = trial.tilt ? trial.tilt->delay_s : options.start_s.value_or(0.0);
+  if (same_rate) start_s = std::round(start_s * rate) / rate;
+  // Fixes the length before any other work.
+  const TrialPlacement place = place_trial(start_s, recorded_s, protocol);
+  if (lacks_much(place, needed))
+    refuse_length(recording, protocol, is_start_known ? std::optional(start_s) : std::nullopt);
   if (tilt && options.start_s) {
     trial.tilt_at_given_start = check_at_start(plan, from_hz, *options.start_s, recording);
     tilt = recording.signals.find(platform_tilt);
   }
   const auto samples = static_cast<std::size_t>(needed);
-  const FoundInSway found = look_for_faults_within(recording, from_hz, place, protocol);
+  FoundInSway found = look_for_faults_within(recording, from_hz, place, protocol);
+  append(recording.warnings, std::move(found.warnings));
   trial.gaps = gaps_in_trial(found.unmeasured, from_hz, rate, place, samples);
   trial.low_pass = found.low_pass;
   if (!same_rate)
     add_info(recording.warnings, "resampled",
              "resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) + " Hz");
-  warn_of_length(recording, protocol, place, options.start_s || trial.tilt);
+  warn_of_length(recording, protocol, place, is_start_known);
   add_change(recording);
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
     if (signal.name == com_sway) {
-      trial.other_start = look_for_changes(plan.response(), values, trial.gaps, recording.warnings);
-      look_for_reversed_time(values, plan, recording.warnings);
-      look_for_repeated_cycle(values, plan, from_hz, recording.warnings);
+      Changes changes = look_for_changes(plan.response(), values, trial.gaps, recording.warnings);
+      trial.other_start = changes.other_start;
+      append(recording.warnings, std::move(changes.warnings));
+      append(recording.warnings, look_for_reversed_time(values, plan));
+      append(recording.warnings, look_for_repeated_cycle(values, plan, from_hz));
     }
     if (&signal == tilt) {
       const std::optional<TiltMatch>& match = options.start_s ? trial.tilt_at_given_start : trial.tilt;
       continue_as_prescribed(values, plan.tilt_rad(), match ? match->gain : 1.0, place);
       const auto tilt_gaps = gaps_in_trial(recording.tilt_gaps, from_hz, rate, place, samples);
-      look_for_tilt_slips(values, tilt_gaps, plan, from_hz, options.start_s.has_value(), recording.warnings);
+      Warnings slips = look_for_tilt_slips(values, tilt_gaps, plan, from_hz, options.start_s.has_value());
+      if (!slips.empty())  // the sway shows the same ones less well
+        std::erase_if(recording.warnings, [](const Warning& warning) { return warning.code == "time_slips"; });
+      append(recording.warnings, std::move(slips));
     }
-    if (&signal != tilt) detrend(values, protocol, options.detrend, recording.warnings);
+    if (&signal != tilt) append(recording.warnings, detrend(values, protocol, options.detrend));
     trial.signals.add({signal.name, signal.column, std::vector<float>(values.begin(), values.end())});
   }
   trial.start_is_doubtful = std::ranges::any_of(recording.warnings, [](const Warning& warning) {

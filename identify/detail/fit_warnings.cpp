@@ -51,9 +51,9 @@ std::string settings_of(const std::vector<int>& quantities) {
   return joined(names, ", ");
 }
 
-void warn_of_edges(const Density& density, const Posterior& found, bool from_network, Warnings& warnings) {
+Warnings edge_warnings(const Density& density, const Posterior& found, bool from_network) {
   const std::vector<int> edges = at_edge(density, found, outer);
-  if (edges.empty()) return;
+  if (edges.empty()) return {};
   const std::string names = joined(edges, ", ", [&](int quantity) { return quantity_name(density, quantity); });
   const std::vector<int> last = from_network ? std::vector<int>() : at_edge(density, found, outermost);
   const bool is_refused = edges.size() >= edges_of_invalid, leans = last.size() >= outermost_of_caution;
@@ -62,10 +62,10 @@ void warn_of_edges(const Density& density, const Posterior& found, bool from_net
   const Severity severity = is_refused                  ? Severity::invalid
                             : leans || starts_elsewhere ? Severity::caution
                                                         : Severity::info;
-  warnings.push_back({severity, "at_edge",
-                      "at the end of the prior: " + names +
-                          (is_refused || leans ? "; the recording may not be of this model"
-                                               : "; the true value may lie beyond it (" + settings_of(edges) + ")")});
+  return {{severity, "at_edge",
+           "at the end of the prior: " + names +
+               (is_refused || leans ? "; the recording may not be of this model"
+                                    : "; the true value may lie beyond it (" + settings_of(edges) + ")")}};
 }
 
 /// Returns the fewest effective draws of the 5% and 95% quantiles of the inferred parameters.
@@ -76,7 +76,8 @@ double fewest_tail_draws(const Density& density, const Posterior& found) {
   return fewest;
 }
 
-void warn_of_chains(const Density& density, const Posterior& found, bool from_network, Warnings& warnings) {
+Warnings chain_warnings(const Density& density, const Posterior& found, bool from_network) {
+  Warnings warnings;
   const std::vector<double>& rhat = found.rhat();
   const auto parameters = rhat.begin() + density.parameters();
   const auto worst = std::max_element(rhat.begin(), parameters), other = std::max_element(parameters, rhat.end());
@@ -107,9 +108,11 @@ void warn_of_chains(const Density& density, const Posterior& found, bool from_ne
     add_caution(warnings, "divergences",
                 format("%d of %d transitions diverged: chains may have missed a part of the posterior",
                        found.divergences(), found.draws()));
+  return warnings;
 }
 
-void warn_of_noise(const posterior::Observation& observation, const Posterior& found, Warnings& warnings) {
+Warnings noise_warnings(const posterior::Observation& observation, const Posterior& found) {
+  Warnings warnings;
   const double white_deg = found.mean(Density::sensor_noise), slow_deg = found.mean(Density::slow_noise);
   if (white_deg < min_believed_noise_deg)
     add_caution(warnings, "little_noise",
@@ -125,6 +128,7 @@ void warn_of_noise(const posterior::Observation& observation, const Posterior& f
         format("the model leaves %.3g degrees of white and %.3g of slow noise unexplained; the sway is %.3g, its "
                "noise above 2 Hz %.3g: the intervals assume that the rest is noise",
                white_deg, slow_deg, sway_deg, observation.noise_deg));
+  return warnings;
 }
 
 }  // namespace
@@ -148,10 +152,9 @@ std::vector<int> at_edge(const Density& density, const Posterior& found, double 
 
 Warnings posterior_warnings(const Density& density, const posterior::Observation& observation, const Posterior& found,
                             bool from_network) {
-  Warnings warnings;
-  warn_of_edges(density, found, from_network, warnings);
-  warn_of_chains(density, found, from_network, warnings);
-  warn_of_noise(observation, found, warnings);
+  Warnings warnings = edge_warnings(density, found, from_network);
+  append(warnings, chain_warnings(density, found, from_network));
+  append(warnings, noise_warnings(observation, found));
   return warnings;
 }
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
@@ -142,15 +144,14 @@ Fault fault_of(const TestedCondition& tested, double size) {
   return {tested.name, size, text};
 }
 
-/// Reads samples that were recorded, with the fault.
-recording::Trial read(const Fault& fault, const sim::Protocol& protocol, std::vector<double> sway, const Random& random,
-                      Warnings& warnings) {
+/// Returns the trial of samples that were recorded, with the fault, and its warnings.
+std::pair<recording::Trial, Warnings> read(const Fault& fault, const sim::Protocol& protocol, std::vector<double> sway,
+                                           const Random& random) {
   Recorded samples{std::move(sway), protocol.experiment.sample_rate_hz, {}, random};
   if (const TestedCondition* tested = find_tested(fault.name)) tested->apply(samples, fault.size);
   recording::Recording recording = recording::make_recording(samples.sway, samples.rate_hz);
   recording::Trial trial = recording::bring_to_protocol(recording, protocol, samples.options);
-  warnings = std::move(recording.warnings);
-  return trial;
+  return {std::move(trial), std::move(recording.warnings)};
 }
 
 }  // namespace
@@ -240,8 +241,8 @@ FaultTrials::Trials FaultTrials::take_single(int first, int count) const {
         const std::uint64_t number = number_of(i);
         sim::record(recorded_, seed_, number, sway);
         made.truth[place] = trial.parameters;
-        made.sways[place] = read(fault_, protocol_, {sway.begin(), sway.end()},
-                                 Random(seed_, sim::streams::recording, number), made.warnings[place]);
+        std::tie(made.sways[place], made.warnings[place]) =
+            read(fault_, protocol_, {sway.begin(), sway.end()}, Random(seed_, sim::streams::recording, number));
       });
   return made;
 }

@@ -262,11 +262,10 @@ class Planner {
   }
 
   void add(const RecordingSource& source, SheetLine line, const std::optional<Error>& error = {}) {
-    Warnings warnings;
-    const bool is_filled = !error && !line.error && bodies_.fill(line, warnings);
+    Warnings of_body = error || line.error ? Warnings() : bodies_.fill(line);
     PlannedRecording planned{source, reading_, 0, line.entry, line.mass_kg, line.height_m};
-    planned.is_body_of_other_line = is_filled;
-    planned.warnings = std::move(warnings);
+    planned.is_body_of_other_line = !of_body.empty();
+    planned.warnings = std::move(of_body);
     planned.options = line.reading;
     planned.entry.cells.resize(plan_.sheet->columns.size());
     planned.error = error ? error : line.error;

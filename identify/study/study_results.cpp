@@ -193,7 +193,7 @@ std::vector<RecordingResult> PlanFitter::read(std::span<const std::size_t> place
     protocols.push_back(fitter ? &fitter->report().protocol : nullptr);
   std::vector<RecordingResult> all = read_places(plan_, places, protocols, errors_);
   for (RecordingResult& one : all)
-    if (!one.error) one.warnings.insert(one.warnings.end(), of_bodies_.begin(), of_bodies_.end());
+    if (!one.error) append(one.warnings, of_bodies_);
   return all;
 }
 

@@ -47,15 +47,15 @@ std::vector<double> prior_stddevs(const Density& density, std::uint64_t seed) {
 
 }  // namespace
 
-void warn_of_no_controller(const Density& density, double left, double p_value, Warnings& warnings) {
-  if (!(left > max_left) || p_value >= impossible) return;
+Warnings no_controller_warnings(const Density& density, double left, double p_value) {
+  if (!(left > max_left) || p_value >= impossible) return {};
   std::string text = format(
       "no controller of this model explains the table: the best ones leave %.0f%% of the response unexplained (root "
       "mean square of the relative error), so do not use their parameters",
       100.0 * left);
   if (!density.table().has_confidence())
     text += "; the table may also be noisy: add a column sd or ci95, or coherence and cycles, which shows it";
-  add_invalid(warnings, "no_controller", text);
+  return {{Severity::invalid, "no_controller", text}};
 }
 
 double chi_square_beyond(double chi_square, int degrees_of_freedom) {
@@ -155,7 +155,7 @@ bool Fit::explained() const {
 }
 
 void Fit::warn(const Density& density) {
-  warn_of_no_controller(density, left_, misfit_.p_value, warnings_);
+  warnings_ = no_controller_warnings(density, left_, misfit_.p_value);
   if (!agreed()) {
     const auto worst = std::ranges::max_element(rhat_);
     add_caution(warnings_, "chains_disagree",

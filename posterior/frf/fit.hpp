@@ -93,9 +93,9 @@ class Fit {
 /// ranges is stable.
 Fit fit(const Density& density, const SmcSettings& settings);
 
-/// Adds `no_controller` if the response misses the table by more than 20% (`left`, the root mean square of the relative
-/// error) and, if the table has a confidence, its p-value is below 1e-6.
-void warn_of_no_controller(const Density& density, double left, double p_value, Warnings& warnings);
+/// Returns `no_controller` if the response misses the table by more than 20% (`left`, the root mean square of the
+/// relative error) and, if the table has a confidence, its p-value is below 1e-6; else nothing.
+Warnings no_controller_warnings(const Density& density, double left, double p_value);
 
 /// Returns the probability that chi-square exceeds this; degrees_of_freedom: even, above 0.
 double chi_square_beyond(double chi_square, int degrees_of_freedom);

@@ -93,7 +93,7 @@ PointEstimate fit_log_ratio(const Density& density, const OptimumSettings& setti
   const double p_value = density.table().has_confidence()
                              ? chi_square_beyond(density.chi_square(made.state, 0.0), 2 * static_cast<int>(rows.size()))
                              : std::numeric_limits<double>::quiet_NaN();
-  warn_of_no_controller(density, made.left, p_value, made.warnings);
+  made.warnings = no_controller_warnings(density, made.left, p_value);
   return made;
 }
 

@@ -343,13 +343,11 @@ TEST_CASE("explanation: a slow lean of a degree is named; sound trials, and a st
 TEST_CASE("explanation: a slow lean is dropped where another warning refuses scale, sign or resemblance") {
   for (const char* code :
        {"out_of_distribution", "impossible_value", "does_not_stand", "weak_response", "large_response", "large_sway"}) {
-    Warnings warnings{{Severity::caution, "slow_lean", ""}, {Severity::caution, code, ""}};
-    drop_refused_lean(warnings);
-    CHECK(warnings == Warnings{{Severity::caution, code, ""}});
+    const Warning other{Severity::caution, code, ""};
+    CHECK(without_refused_lean({{Severity::caution, "slow_lean", ""}, other}) == Warnings{other});
   }
-  Warnings kept{{Severity::caution, "slow_lean", ""}, {Severity::caution, "outside_range", ""}};
-  drop_refused_lean(kept);
-  CHECK(kept.size() == 2);
+  const Warnings kept{{Severity::caution, "slow_lean", ""}, {Severity::caution, "outside_range", ""}};
+  CHECK(without_refused_lean(kept) == kept);
 }
 
 }  // namespace decid

@@ -89,10 +89,10 @@ const PersonBodies::Giver* PersonBodies::find(const std::vector<Giver>& givers, 
   return nearest;
 }
 
-bool PersonBodies::fill(SheetLine& line, Warnings& warnings) const {
-  if (line.mass_kg && line.height_m) return false;
+Warnings PersonBodies::fill(SheetLine& line) const {
+  if (line.mass_kg && line.height_m) return {};
   const auto found = givers_.find(text_key(line.entry.participant));
-  if (found == givers_.end()) return false;
+  if (found == givers_.end()) return {};
   std::string lacking, taken;
   const auto take = [&](std::optional<double>& value, std::optional<double> Giver::*quantity, const char* name,
                         const char* unit) {
@@ -107,11 +107,10 @@ bool PersonBodies::fill(SheetLine& line, Warnings& warnings) const {
   };
   take(line.mass_kg, &Giver::mass_kg, "weight", "kg");
   take(line.height_m, &Giver::height_m, "height", "m");
-  if (taken.empty()) return false;
-  add_info(warnings, "body_of_other_line",
+  if (taken.empty()) return {};
+  return {{Severity::info, "body_of_other_line",
            format("line %zu of the sheet has no %s; decid takes %s, of the same person", line.number, lacking.c_str(),
-                  taken.c_str()));
-  return true;
+                  taken.c_str())}};
 }
 
 }  // namespace decid

@@ -52,9 +52,9 @@ class PersonBodies {
   explicit PersonBodies(const std::vector<SheetLine>& lines);
 
   /// Fills the weight and the height that a line lacks from other lines of its person: from those of the same session
-  /// first, then from lines above before lines below, from the nearest. Then adds the note `body_of_other_line` and
-  /// returns true.
-  bool fill(SheetLine& line, Warnings& warnings) const;
+  /// first, then from lines above before lines below, from the nearest. Then returns the note `body_of_other_line`;
+  /// else nothing.
+  Warnings fill(SheetLine& line) const;
 
  private:
   struct Giver {

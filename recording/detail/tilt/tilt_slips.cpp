@@ -70,17 +70,17 @@ std::optional<double> slope_of(const std::vector<Slip>& slips) {
   return slope;
 }
 
-void warn_of_clock(double slope, double from_hz, Warnings& warnings) {
+Warning clock_warning(double slope, double from_hz) {
   // Parts give the rate to about 1e-4 of it: a whole number so near is likelier.
   double rate_hz = from_hz / (1.0 + slope);
   if (std::abs(std::round(rate_hz) - rate_hz) < 2e-4 * rate_hz) rate_hz = std::round(rate_hz);
-  add_caution(warnings, "clock_differs",
-              "by the measured tilt the recording's clock runs " + three_digits(100.0 * std::abs(slope)) + "% too " +
-                  (slope < 0.0 ? "fast" : "slowly") + ": give " + setting("rate") + " " + six_digits(rate_hz) +
-                  " instead of " + six_digits(from_hz) + " Hz");
+  return {Severity::caution, "clock_differs",
+          "by the measured tilt the recording's clock runs " + three_digits(100.0 * std::abs(slope)) + "% too " +
+              (slope < 0.0 ? "fast" : "slowly") + ": give " + setting("rate") + " " + six_digits(rate_hz) +
+              " instead of " + six_digits(from_hz) + " Hz"};
 }
 
-void warn_of_slips(const std::vector<Slip>& slips, bool start_was_given, Warnings& warnings) {
+Warnings slip_warnings(const std::vector<Slip>& slips, bool start_was_given) {
   for (std::size_t i = 1; i < slips.size(); ++i) {
     const auto step = [&](std::size_t k) { return slips[k].slip_s - slips[k - 1].slip_s; };
     if (std::abs(step(i)) <= max_slip_s) continue;
@@ -89,33 +89,26 @@ void warn_of_slips(const std::vector<Slip>& slips, bool start_was_given, Warning
     while (last + 1 < slips.size() && step(last + 1) * step(i) > 0.0 && std::abs(step(last + 1)) > 0.5 * max_slip_s)
       ++last;
     const double slip_s = slips[last].slip_s - slips[i - 1].slip_s;
-    add_caution(warnings, "time_slips",
-                "after about " + three_digits(slips[i].begin_s) + " s of the protocol the measured tilt is " +
-                    three_digits(std::abs(slip_s)) + " s " +
-                    (slip_s > 0.0 ? "earlier than before: a stretch of the recording is missing"
-                                  : "later than before: a stretch was recorded twice"));
-    return;
+    return {{Severity::caution, "time_slips",
+             "after about " + three_digits(slips[i].begin_s) + " s of the protocol the measured tilt is " +
+                 three_digits(std::abs(slip_s)) + " s " +
+                 (slip_s > 0.0 ? "earlier than before: a stretch of the recording is missing"
+                               : "later than before: a stretch was recorded twice")}};
   }
-  if (start_was_given && !slips.empty() && std::abs(slips.front().slip_s) > max_slip_s)
-    add_caution(warnings, "time_slips",
-                "the measured tilt is " + three_digits(std::abs(slips.front().slip_s)) + " s " +
-                    (slips.front().slip_s > 0.0 ? "early" : "late") + ": check " + setting("begin"));
+  if (!start_was_given || slips.empty() || !(std::abs(slips.front().slip_s) > max_slip_s)) return {};
+  return {{Severity::caution, "time_slips",
+           "the measured tilt is " + three_digits(std::abs(slips.front().slip_s)) + " s " +
+               (slips.front().slip_s > 0.0 ? "early" : "late") + ": check " + setting("begin")}};
 }
 
 }  // namespace
 
-void look_for_tilt_slips(const std::vector<double>& tilt, std::span<const SampleRange> gaps, const ProtocolPlan& plan,
-                         double from_hz, bool start_was_given, Warnings& warnings) {
+Warnings look_for_tilt_slips(const std::vector<double>& tilt, std::span<const SampleRange> gaps,
+                             const ProtocolPlan& plan, double from_hz, bool start_was_given) {
   const double rate = plan.protocol().experiment.sample_rate_hz;
   const std::vector<Slip> slips = slips_of(tilt, gaps, plan.tilt_rad(), rate);
-  Warnings found;
-  if (const std::optional<double> slope = slope_of(slips))
-    warn_of_clock(*slope, from_hz, found);
-  else
-    warn_of_slips(slips, start_was_given, found);
-  if (found.empty()) return;
-  std::erase_if(warnings, [](const Warning& warning) { return warning.code == "time_slips"; });
-  warnings.insert(warnings.end(), found.begin(), found.end());
+  if (const std::optional<double> slope = slope_of(slips)) return {clock_warning(*slope, from_hz)};
+  return slip_warnings(slips, start_was_given);
 }
 
 }  // namespace decid::recording

@@ -10,11 +10,11 @@
 
 namespace decid::recording {
 
-/// Warns if a measured tilt follows the protocol with different delays in consecutive parts, as after a missing
-/// stretch, or with a delay that grows evenly, as by a wrong clock. Then removes warnings of slips by the sway only.
-/// `tilt`: at the protocol's samples, `gaps` of them. from_hz: the recording's rate. start_was_given: the tilt did not
-/// determine the start.
-void look_for_tilt_slips(const std::vector<double>& tilt, std::span<const SampleRange> gaps, const ProtocolPlan& plan,
-                         double from_hz, bool start_was_given, Warnings& warnings);
+/// Returns the caution `time_slips` if a measured tilt follows the protocol with different delays in consecutive parts,
+/// as after a missing stretch, or `clock_differs` if its delay grows evenly, as by a wrong clock; else nothing. `tilt`:
+/// at the protocol's samples, `gaps` of them. from_hz: the recording's rate. start_was_given: the tilt did not
+/// determine the start, so a constant delay is a slip too.
+Warnings look_for_tilt_slips(const std::vector<double>& tilt, std::span<const SampleRange> gaps,
+                             const ProtocolPlan& plan, double from_hz, bool start_was_given);
 
 }  // namespace decid::recording

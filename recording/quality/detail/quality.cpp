@@ -52,8 +52,8 @@ StretchesText describe(const std::vector<SampleRange>& stretches, std::size_t sa
           fraction >= stretches_fraction};
 }
 
-/// Returns the step in rad; 0 if there is none.
-double look_for_steps(std::span<const double> sway, Warnings& warnings) {
+/// Returns the step of a coarse sensor in rad; 0 if there is none.
+double find_step(std::span<const double> sway) {
   const auto [lowest, highest] = std::ranges::minmax(sway);
   double step = highest - lowest;
   const double same = 1e-9 * step;
@@ -67,21 +67,16 @@ double look_for_steps(std::span<const double> sway, Warnings& warnings) {
   std::ranges::sort(values);
   for (std::size_t k = 1; k < values.size(); ++k)
     if (const double apart = values[k] - values[k - 1]; apart > same) step = std::min(step, apart);
-  const double degrees = step / sim::rad_per_deg;
-  if (degrees < step_deg * (1.0 - 1e-6)) return 0.0;
+  if (step / sim::rad_per_deg < step_deg * (1.0 - 1e-6)) return 0.0;
   const bool multiples = std::ranges::all_of(values, [&](double value) {
     const double steps = (value - values.front()) / step;
     return std::abs(steps - std::round(steps)) < 0.01;
   });
-  if (!multiples) return 0.0;
-  add_warning(
-      warnings, degrees >= coarse_deg * (1.0 - 1e-6) ? Severity::caution : Severity::info, "coarse_steps",
-      "the sway has steps of " + three_digits(degrees) + " degrees: the sensor is coarse, or the file was rounded");
-  return step;
+  return multiples ? step : 0.0;
 }
 
-/// `step`: the step of a coarse sensor, whose values flicker.
-void look_for_spikes(std::span<const double> sway, double rate_hz, double step, double begin_s, Warnings& warnings) {
+/// Returns `spikes`, or nothing. `step`: the step of a coarse sensor, whose values flicker.
+Warnings look_for_spikes(std::span<const double> sway, double rate_hz, double step, double begin_s) {
   // off[k]: the distance of sample k + 1 from the middle of its neighbours.
   std::vector<double> off(sway.size() - 2);
   for (std::size_t k = 0; k < off.size(); ++k) off[k] = sway[k + 1] - 0.5 * (sway[k] + sway[k + 2]);
@@ -114,14 +109,14 @@ void look_for_spikes(std::span<const double> sway, double rate_hz, double step, 
   }
   if (is_second(off[last], off[last - 1])) found(last + 1, off[last]);
   if (is_outermost(off[last], off[last - 1])) found(last + 2, 2.0 * off[last]);
-  if (spikes == 0) return;
-  add_caution(warnings, "spikes",
-              (spikes == 1 && first == 0 ? "the first sample is"
-               : spikes == 1             ? "a single sample is"
-                                         : std::to_string(spikes) + " single samples are") +
-                  std::string(" off by ") + (spikes == 1 ? "" : "up to ") + three_digits(largest / sim::rad_per_deg) +
-                  " degrees" + (first == 0 && spikes == 1 ? "" : ", the first at " + seconds(first, rate_hz, begin_s)) +
-                  ": leave them empty and give " + setting("fill_gaps") + ", or cut the recording");
+  if (spikes == 0) return {};
+  return {{Severity::caution, "spikes",
+           (spikes == 1 && first == 0 ? "the first sample is"
+            : spikes == 1             ? "a single sample is"
+                                      : std::to_string(spikes) + " single samples are") +
+               std::string(" off by ") + (spikes == 1 ? "" : "up to ") + three_digits(largest / sim::rad_per_deg) +
+               " degrees" + (first == 0 && spikes == 1 ? "" : ", the first at " + seconds(first, rate_hz, begin_s)) +
+               ": leave them empty and give " + setting("fill_gaps") + ", or cut the recording"}};
 }
 
 constexpr std::size_t side_samples = 8;  ///< on each side of a jump
@@ -203,13 +198,12 @@ std::string remedy_for_jumps(std::span<const double> sway, double rate_hz) {
          setting("fill_gaps") + " " + six_digits(gap_s) + "; else leave wrong stretches empty, or cut the recording";
 }
 
-/// Adds `jumps`. Lines are fitted by least squares to eight samples at about 100 Hz. Ignores single wrong samples, and
-/// the end of a stretch in which the sensor froze. `step_rad`: the step of a coarse sensor, or 0.
-void look_for_jumps(std::span<const double> sway_rad, double rate_hz, double step_rad, double begin_s,
-                    Warnings& warnings) {
+/// Returns `jumps`, or nothing. Lines are fitted by least squares to eight samples at about 100 Hz. Ignores single
+/// wrong samples, and the end of a stretch in which the sensor froze. `step_rad`: the step of a coarse sensor, or 0.
+Warnings look_for_jumps(std::span<const double> sway_rad, double rate_hz, double step_rad, double begin_s) {
   const std::size_t block = std::max<std::size_t>(1, static_cast<std::size_t>(rate_hz / finest_hz));
   std::vector<double> jumps = jumps_of(smoothed(sway_rad, block));
-  if (jumps.size() < 4 * side_samples) return;
+  if (jumps.size() < 4 * side_samples) return {};
   std::vector<double> sizes(jumps.size());
   std::ranges::transform(jumps, sizes.begin(), [](double jump) { return std::abs(jump); });
   const double min_jump =
@@ -227,12 +221,12 @@ void look_for_jumps(std::span<const double> sway_rad, double rate_hz, double ste
     largest = std::max(largest, std::abs(jumps[at]));
     k = end - 1;
   }
-  if (count == 0) return;
-  add_caution(warnings, "jumps",
-              "the sway jumps in " + std::to_string(count) + (count == 1 ? " place" : " places") + ", by up to " +
-                  three_digits(largest / sim::rad_per_deg) + " degrees, the first after " +
-                  three_digits(begin_s + static_cast<double>(first * block) / rate_hz) +
-                  " s, which a body cannot do: " + remedy_for_jumps(sway_rad, rate_hz));
+  if (count == 0) return {};
+  return {{Severity::caution, "jumps",
+           "the sway jumps in " + std::to_string(count) + (count == 1 ? " place" : " places") + ", by up to " +
+               three_digits(largest / sim::rad_per_deg) + " degrees, the first after " +
+               three_digits(begin_s + static_cast<double>(first * block) / rate_hz) +
+               " s, which a body cannot do: " + remedy_for_jumps(sway_rad, rate_hz)}};
 }
 
 /// Returns the standard deviation of the noise between 12 and 25 Hz, in degrees.
@@ -296,7 +290,8 @@ Held find_held(std::span<const double> sway) {
   return {common, first % common};
 }
 
-void note_held(const Held& held, double rate_hz, Warnings& warnings) {
+Warnings held_warnings(const Held& held, double rate_hz) {
+  Warnings warnings;
   const double length_s = static_cast<double>(held.samples) / rate_hz;
   const auto is_below = [&](double least_hz) { return length_s * least_hz > 1.0 + 1e-6; };
   add_warning(warnings,
@@ -310,33 +305,40 @@ void note_held(const Held& held, double rate_hz, Warnings& warnings) {
                   (is_below(slowest_held_hz) ? "below 5 Hz it loses the response to the platform: record faster"
                    : is_below(slow_held_hz)  ? "record at 25 Hz or faster"
                                              : "give the sensor's own samples"));
+  return warnings;
 }
 
-/// Returns the low-pass that smoothed the sway.
-std::optional<LowPass> look_for_smoothing(std::span<const double> sway, double rate_hz, double held_s,
-                                          Warnings& warnings) {
+struct Smoothing {
+  std::optional<LowPass> low_pass;  ///< that smoothed the sway
+  Warnings warnings;                ///< `smooth`, or nothing
+};
+
+Smoothing look_for_smoothing(std::span<const double> sway, double rate_hz, double held_s) {
+  Smoothing found;
   if (const double length_s = moving_average_s(sway, rate_hz, held_s); length_s > 0.0) {
-    add_warning(warnings, length_s > trained_average_s * (1.0 + 1e-6) ? Severity::caution : Severity::info, "smooth",
+    add_warning(found.warnings, length_s > trained_average_s * (1.0 + 1e-6) ? Severity::caution : Severity::info,
+                "smooth",
                 "the sway was smoothed by a moving average of " + three_digits(length_s) +
                     " s, or each value was held for this time: this removes information about the controller, and may "
                     "add to the delay; give unfiltered recordings");
-    return {};
+    return found;
   }
-  std::optional<LowPass> low_pass = find_low_pass(sway, rate_hz);
-  if (low_pass) {
-    add_warning(warnings, removes_much(*low_pass) ? Severity::caution : Severity::info, "smooth", describe(*low_pass));
+  found.low_pass = find_low_pass(sway, rate_hz);
+  if (found.low_pass) {
+    add_warning(found.warnings, removes_much(*found.low_pass) ? Severity::caution : Severity::info, "smooth",
+                describe(*found.low_pass));
   } else if (rate_hz >= noise_rate_hz && measurement_noise_deg(sway, rate_hz) < smooth_deg) {
-    add_info(warnings, "smooth",
+    add_info(found.warnings, "smooth",
              "the sway has no measurement noise above 12 Hz: it was simulated, or smoothed; smoothing adds to the "
              "delay, so give unfiltered recordings");
   }
-  return low_pass;
+  return found;
 }
 
 }  // namespace
 
-FoundInSway look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s,
-                            double held_s, std::span<const SampleRange> known) {
+FoundInSway look_for_faults(std::span<const double> sway_rad, double rate_hz, double begin_s, double held_s,
+                            std::span<const SampleRange> known) {
   if (static_cast<double>(sway_rad.size()) < shortest_s * rate_hz || sway_rad.size() < fewest_samples) return {};
   Stretches found = find_stretches(sway_rad, rate_hz);
   std::erase_if(found.straight, [&](const SampleRange& stretch) {
@@ -346,22 +348,29 @@ FoundInSway look_for_faults(std::span<const double> sway_rad, double rate_hz, Wa
   });
   const StretchesText frozen = describe(found.frozen, sway_rad.size(), rate_hz, begin_s),
                       bridged = describe(found.straight, sway_rad.size(), rate_hz, begin_s);
+  Warnings warnings;
   if (!frozen.text.empty())
     add_warning(warnings, frozen.is_caution ? Severity::caution : Severity::info, "frozen",
                 "the sway stands still in " + frozen.text + "the sensor froze, or samples were repeated");
   if (!bridged.text.empty())
     add_warning(warnings, bridged.is_caution ? Severity::caution : Severity::info, "bridged",
                 "the sway is a straight line in " + bridged.text + "samples were lost and interpolated");
-  const double step = look_for_steps(sway_rad, warnings);
+  const double step = find_step(sway_rad), degrees = step / sim::rad_per_deg;
+  if (step > 0.0)
+    add_warning(
+        warnings, degrees >= coarse_deg * (1.0 - 1e-6) ? Severity::caution : Severity::info, "coarse_steps",
+        "the sway has steps of " + three_digits(degrees) + " degrees: the sensor is coarse, or the file was rounded");
   const Held held = find_held(sway_rad);
-  if (held.is_held()) note_held(held, rate_hz, warnings);
+  if (held.is_held()) append(warnings, held_warnings(held, rate_hz));
   // Values that are held jump by nature, so decid looks at the sensor's own samples.
   const std::vector<double> own = held.is_held() ? held.values_of(sway_rad) : std::vector<double>();
   const std::span<const double> sway = held.is_held() ? std::span<const double>(own) : sway_rad;
   const double own_hz = rate_hz / static_cast<double>(held.samples);
-  look_for_spikes(sway, own_hz, step, begin_s, warnings);
-  look_for_jumps(sway, own_hz, step, begin_s, warnings);
-  return {std::move(found.unmeasured), look_for_smoothing(sway, own_hz, held_s, warnings)};
+  append(warnings, look_for_spikes(sway, own_hz, step, begin_s));
+  append(warnings, look_for_jumps(sway, own_hz, step, begin_s));
+  Smoothing smoothing = look_for_smoothing(sway, own_hz, held_s);
+  append(warnings, std::move(smoothing.warnings));
+  return {std::move(found.unmeasured), smoothing.low_pass, std::move(warnings)};
 }
 
 }  // namespace decid::recording

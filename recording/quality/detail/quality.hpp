@@ -15,10 +15,11 @@ namespace decid::recording {
 struct FoundInSway {
   std::vector<SampleRange> unmeasured;  ///< see Stretches
   std::optional<LowPass> low_pass;      ///< see find_low_pass()
+  Warnings warnings;                    ///< one for each fault
 };
 
-/// Adds a warning for each fault that the sway has; none for signals under two seconds, which are too short. The signal
-/// begins `begin_s` after the start of the recording, from which warnings count time:
+/// Returns the faults that the sway has; none for signals under two seconds, which are too short. The signal begins
+/// `begin_s` after the start of the recording, from which warnings count time:
 /// - frozen, bridged: the frozen and the straight stretches of gaps.hpp. A caution if they make up 2% of the signal.
 /// `known`: samples that were filled on reading, which are not `bridged` stretches;
 /// - coarse_steps: values are multiples of a step of 0.02 degrees or more; a caution from 0.2 degrees;
@@ -34,7 +35,7 @@ struct FoundInSway {
 /// - held_samples: a slow sensor's values, each of which the file repeats; a caution below 10 Hz,
 /// invalid below 5 Hz. The three warnings above are then those of the sensor's own samples, without the copies.
 /// held_s: the duration of each state of the platform's tilt, or 0.
-FoundInSway look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s = 0.0,
-                            double held_s = 0.0, std::span<const SampleRange> known = {});
+FoundInSway look_for_faults(std::span<const double> sway_rad, double rate_hz, double begin_s = 0.0, double held_s = 0.0,
+                            std::span<const SampleRange> known = {});
 
 }  // namespace decid::recording

@@ -34,26 +34,25 @@ bool stands_still(std::span<const double> values) {
 
 }  // namespace
 
-void look_for_repeated_cycle(std::span<const double> sway_rad, const ProtocolPlan& plan, double from_hz,
-                             Warnings& warnings) {
+Warnings look_for_repeated_cycle(std::span<const double> sway_rad, const ProtocolPlan& plan, double from_hz) {
   const sim::Experiment& experiment = plan.protocol().experiment;
-  if (experiment.cycles() < 2) return;
+  if (experiment.cycles() < 2) return {};
   const double rate_hz = experiment.sample_rate_hz;
   const auto samples_of = [&](double time_s) { return static_cast<std::size_t>(std::round(time_s * rate_hz)); };
   const std::size_t begin = samples_of(experiment.lead_in_s()), length = samples_of(experiment.cycle_s());
-  if (length == 0 || begin + 2 * length > sway_rad.size()) return;
+  if (length == 0 || begin + 2 * length > sway_rad.size()) return {};
   const std::span<const double> first = sway_rad.subspan(begin, length), second = sway_rad.subspan(begin + length);
   const std::size_t start = std::min(samples_of(start_s), length);
   const std::size_t filtered = from_hz == rate_hz ? 0 : samples_of(filter_samples / std::min(from_hz, rate_hz));
-  if (!agree(first.first(start), second, filtered)) return;
+  if (!agree(first.first(start), second, filtered)) return {};
   const auto most = static_cast<std::size_t>(others * static_cast<double>(length - start));
-  if (!agree(first.subspan(start), second.subspan(start), most) || stands_still(first)) return;
+  if (!agree(first.subspan(start), second.subspan(start), most) || stands_still(first)) return {};
   const std::span<const double> tilt = std::span(plan.tilt_rad()).subspan(begin, length);
-  if (std::abs(correlation(first, tilt)) > as_the_tilt) return;
-  add_caution(warnings, "repeated_cycle",
-              "the second cycle of the sway is a copy of the first one, as in a mean of cycles that was written twice. "
-              "A mean has less of the body's own sway, so the sensory noise is too small. Give the cycles as they were "
-              "recorded");
+  if (std::abs(correlation(first, tilt)) > as_the_tilt) return {};
+  return {{Severity::caution, "repeated_cycle",
+           "the second cycle of the sway is a copy of the first one, as in a mean of cycles that was written twice. A "
+           "mean has less of the body's own sway, so the sensory noise is too small. Give the cycles as they were "
+           "recorded"}};
 }
 
 }  // namespace decid::recording

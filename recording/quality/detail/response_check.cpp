@@ -257,6 +257,28 @@ class DeadTimes {
   Taps right_{};
 };
 
+/// Returns the number of blocks times the relative decrease of the residual; 0 for a perfect fit.
+double gain_of(std::size_t blocks, double worse, double better) {
+  return better > 0.0 ? static_cast<double>(blocks) * (worse / better - 1.0) : 0.0;
+}
+
+/// Returns the blocks before the sway begins to respond; 0 for a small response, and if it begins after longest_dead.
+std::size_t find_dead_time(const DeadTimes& dead_times, std::size_t blocks) {
+  const auto gain = [&](double worse, double better) { return gain_of(blocks, worse, better); };
+  const double no_response = dead_times.residual(0, 0);
+  const double whole_gain = gain(no_response, dead_times.residual(0, longest_dead + taps));
+  if (!(whole_gain > dead_gain)) return 0;
+  // The taps before a dead time improve the fit by chance, and because the response is not linear.
+  const double inexact_gain = std::min(inexact_part * whole_gain, most_inexact_gain);
+  const auto is_needed = [&](std::size_t dead) {
+    return gain(dead_times.residual(dead, dead + taps), dead_times.residual(0, dead + taps)) >
+           std::max(chance_gain * static_cast<double>(dead) + chance_gain_more, inexact_gain);
+  };
+  std::size_t dead = 0;
+  while (dead < longest_dead && !is_needed(dead + 1)) ++dead;
+  return dead < longest_dead && gain(no_response, dead_times.residual(dead, dead + taps)) > dead_gain ? dead : 0;
+}
+
 std::string describe(const Movement& movement) {
   const std::string size = three_digits(std::abs(movement.size) / sim::rad_per_deg) + " degrees",
                     unexplained = ", which neither the tilt nor this sway's noise explains: ",
@@ -334,26 +356,11 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
     best_shifted = whole;
     found.shift_s = shift_s;
   }
-  const auto gain = [&](double worse, double better) {
-    return better > 0.0 ? static_cast<double>(blocks_) * (worse / better - 1.0) : 0.0;
-  };
+  const auto gain = [&](double worse, double better) { return gain_of(blocks_, worse, better); };
   found.slip_gain = gain(plain, best);
   found.shift_gain = gain(plain, best_shifted);
 
-  const DeadTimes dead_times(y, u, constant_of(fit.a));
-  const double no_response = dead_times.residual(0, 0);
-  const double whole_gain = gain(no_response, dead_times.residual(0, longest_dead + taps));
-  // The taps before a dead time improve the fit by chance, and because the response is not linear.
-  const double inexact_gain = std::min(inexact_part * whole_gain, most_inexact_gain);
-  const auto is_needed = [&](std::size_t dead) {
-    return gain(dead_times.residual(dead, dead + taps), dead_times.residual(0, dead + taps)) >
-           std::max(chance_gain * static_cast<double>(dead) + chance_gain_more, inexact_gain);
-  };
-  std::size_t dead = 0;
-  if (whole_gain > dead_gain)
-    while (dead < longest_dead && !is_needed(dead + 1)) ++dead;
-  if (dead > longest_dead_ && dead < longest_dead &&
-      gain(no_response, dead_times.residual(dead, dead + taps)) > dead_gain)
+  if (const std::size_t dead = find_dead_time(DeadTimes(y, u, constant_of(fit.a)), blocks_); dead > longest_dead_)
     found.early_s = static_cast<double>(dead - typical_dead_) * step_s_;
 
   double best_missing = plain;
@@ -393,16 +400,18 @@ ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signa
   return {n * (all / rest_power - 1.0), std::sqrt(power(response, 0) / n)};
 }
 
-bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, std::span<const SampleRange> gaps,
-                      Warnings& warnings) {
+Changes look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad,
+                         std::span<const SampleRange> gaps, const Warnings& known) {
+  Changes changes;
+  Warnings& warnings = changes.warnings;
   const ResponseCheck::Found found = check.check(sway_rad, gaps);
-  const bool known = std::ranges::any_of(warnings, [](const Warning& warning) {
+  const bool is_known = std::ranges::any_of(known, [](const Warning& warning) {
     return one_of(warning.code, {"jumps", "spikes", "frozen"});
   });
   const bool is_off = found.medians > off_medians && found.innovation_rad > off_deg * sim::rad_per_deg;
-  const bool moves = !known && !is_off && found.movement.deviations > movement_deviations &&
+  const bool moves = !is_known && !is_off && found.movement.deviations > movement_deviations &&
                      std::abs(found.movement.size) > movement_deg * sim::rad_per_deg;
-  if (!known && is_off)
+  if (!is_known && is_off)
     add_caution(warnings, "stretch_off",
                 three_digits(found.innovation_at_s) + " s after the protocol's start the sway moves by " +
                     three_digits(found.innovation_rad / sim::rad_per_deg) + " degrees within 0.1 s, " +
@@ -415,7 +424,7 @@ bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_r
                 "from " + three_digits(found.rest_begin_s) + " to " + three_digits(found.rest_end_s) +
                     " s of the protocol the sway does not follow the tilt, and otherwise it does: the platform stood "
                     "still there, or the sensor failed; give the part with the tilt and its protocol");
-    return false;
+    return changes;
   }
   const bool slips = found.slip_gain > slip_gain, is_shifted = slips && found.shift_gain > found.slip_gain;
   if (is_shifted || (!slips && found.early_s > 0.0)) {
@@ -427,16 +436,17 @@ bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_r
                     (late ? "give a recording from the protocol's start on"
                           : "give the protocol's start as " + setting("begin")) +
                     ", or let a fit infer it (" + setting("prior_start") + ")");
-    return true;
+    changes.other_start = true;
+    return changes;
   }
-  if (!slips) return false;
-  add_caution(warnings, "time_slips",
-              "after " + three_digits(found.slip_at_s) + " s of the protocol the sway follows the tilt " +
-                  three_digits(std::abs(found.slip_s)) + " s " + (found.slip_s > 0.0 ? "earlier" : "later") +
-                  " than before: " +
-                  (found.slip_s > 0.0 ? "a stretch of the recording is probably missing"
-                                      : "a stretch was probably recorded twice"));
-  return false;
+  if (slips)
+    add_caution(warnings, "time_slips",
+                "after " + three_digits(found.slip_at_s) + " s of the protocol the sway follows the tilt " +
+                    three_digits(std::abs(found.slip_s)) + " s " + (found.slip_s > 0.0 ? "earlier" : "later") +
+                    " than before: " +
+                    (found.slip_s > 0.0 ? "a stretch of the recording is probably missing"
+                                        : "a stretch was probably recorded twice"));
+  return changes;
 }
 
 }  // namespace decid::recording

@@ -58,13 +58,16 @@ class ResponseCheck {
   std::size_t typical_dead_, longest_dead_;  // blocks of a body's dead time
 };
 
-/// Adds the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians within a block),
+struct Changes {
+  Warnings warnings;
+  bool other_start = false;  ///< the warnings contain `other_start`
+};
+/// Returns the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians within a block),
 /// `unusual_movement` (one of 0.5 to 4 s, or to another level, of 0.3 degrees and 8 standard deviations; not with
 /// `stretch_off`), and one of `no_response` (in one part, as from a platform that stopped; not with a movement at the
-/// start, which hides the response or imitates one), `other_start` and `time_slips`. Skips the first two if the
-/// warnings already contain jumps, spikes or a frozen sensor. gaps: samples that were not measured. Returns true with
-/// `other_start`.
-bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, std::span<const SampleRange> gaps,
-                      Warnings& warnings);
+/// start, which hides the response or imitates one), `other_start` and `time_slips`. Skips the first two if
+/// `known`, the sway's other warnings, contain jumps, spikes or a frozen sensor. gaps: samples that were not measured.
+Changes look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad,
+                         std::span<const SampleRange> gaps, const Warnings& known);
 
 }  // namespace decid::recording

@@ -36,9 +36,7 @@ std::vector<double> sway(double noise_deg, int samples = 4000) {
 
 Warnings found(std::vector<double> degrees, double at_hz = rate_hz) {
   for (double& value : degrees) value *= sim::rad_per_deg;
-  Warnings warnings;
-  look_for_faults(degrees, at_hz, warnings);
-  return warnings;
+  return look_for_faults(degrees, at_hz).warnings;
 }
 
 /// The only warning.
@@ -126,9 +124,7 @@ TEST_CASE("simulated sway has no single wrong samples") {
       const Random noise(2, sim::streams::sensor_noise, item);
       for (std::size_t k = 0; k < values.size(); ++k) values[k] += noise_deg * sim::rad_per_deg * noise.normal(k);
       for (const std::size_t samples : {values.size(), values.size() - item - 1}) {
-        Warnings warnings;
-        look_for_faults(std::span(values).first(samples), rate_hz, warnings);
-        for (const Warning& warning : warnings) CHECK(warning.code != "spikes");
+        CHECK_FALSE(has(look_for_faults(std::span(values).first(samples), rate_hz).warnings, "spikes"));
       }
     }
   }
@@ -223,14 +219,12 @@ TEST_CASE("values of a slow sensor that are held have no jumps by this; their ra
 
 TEST_CASE("zeros of the tilt's spectrum are no moving average") {
   const std::vector<double> held = averaged(sway(0.02, 12000), 25);
-  Warnings warnings;
-  look_for_faults(held, rate_hz, warnings, 0.0, 0.25);
-  CHECK(warnings.empty());
-  look_for_faults(held, rate_hz, warnings, 0.0, 0.2);
-  check_only(warnings, "smooth", Severity::info, "of 0.25 s");
-  warnings.clear();
-  look_for_faults(averaged(sway(0.02, 12000), 50), rate_hz, warnings, 0.0, 0.25);
-  check_only(warnings, "smooth", Severity::caution, "of 0.5 s");
+  const auto warned = [](const std::vector<double>& values, double held_s) {
+    return look_for_faults(values, rate_hz, 0.0, held_s).warnings;
+  };
+  CHECK(warned(held, 0.25).empty());
+  check_only(warned(held, 0.2), "smooth", Severity::info, "of 0.25 s");
+  check_only(warned(averaged(sway(0.02, 12000), 50), 0.25), "smooth", Severity::caution, "of 0.5 s");
 }
 
 TEST_CASE("sway without a sensor's noise was smoothed, or simulated") {
@@ -274,8 +268,7 @@ TEST_CASE("samples that were bridged by a straight line are found, unless the re
   CHECK(bridged[0].severity == Severity::info);
   for (double& value : values) value *= sim::rad_per_deg;
   const auto bridges = [&](SampleRange known) {
-    Warnings warnings;
-    look_for_faults(values, rate_hz, warnings, 0.0, 0.0, std::span(&known, 1));
+    const Warnings warnings = look_for_faults(values, rate_hz, 0.0, 0.0, std::span(&known, 1)).warnings;
     return std::ranges::count(warnings, "bridged", &Warning::code);
   };
   CHECK(bridges({1001, 1061}) == 0);

@@ -26,9 +26,7 @@ std::vector<double> trial(std::uint64_t i, bool is_noise_free) {
 
 /// Returns the warnings of a sway in rad of the protocol of `of`, recorded at its rate.
 Warnings found(const std::vector<double>& sway_rad, const ProtocolPlan& of = plan()) {
-  Warnings warnings;
-  look_for_repeated_cycle(sway_rad, of, of.protocol().experiment.sample_rate_hz, warnings);
-  return warnings;
+  return look_for_repeated_cycle(sway_rad, of, of.protocol().experiment.sample_rate_hz);
 }
 
 /// Returns the sway in steps of a power of ten of degrees, as a file with so few decimals has it.
