@@ -87,7 +87,7 @@ function end() {
 // Ends the task before it. Returns the number of the new one. command: null before there are recordings.
 function begin(command, what) {
   end();
-  working = { command, state: state() };
+  working = { command, state: state(command) };
   busy(what);
   return turn;
 }
