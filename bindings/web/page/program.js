@@ -44,7 +44,7 @@ function together(apart) {
   return bytes;
 }
 
-// What `changes` make of `base`: see changes() of pack.py.
+// Applies the changes that changes() of pack.py found to `base`.
 function changed(base, changes) {
   let at = 0;
   const number = () => {
