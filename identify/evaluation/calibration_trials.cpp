@@ -59,9 +59,9 @@ CalibrationTrials::Trial CalibrationTrials::next() {
         sim::with_conventions(dataset::base_trial(ranges_, seed_, attempt).parameters, ranges_);
     Trial trial{attempt, parameters, {}};
     bool valid = true;
-    for (std::uint64_t k = 0; k < simulators_.size() && valid; ++k) {
+    for (std::size_t k = 0; k < simulators_.size() && valid; ++k) {
       const sim::Simulator& simulator = simulators_[k];
-      const std::uint64_t item = attempt + (k << repetition_bit);
+      const std::uint64_t item = attempt + (std::uint64_t{k} << repetition_bit);
       std::vector<double> sway(static_cast<std::size_t>(simulator.protocol().samples()));
       valid = simulator.run(parameters, dataset::base_trial(ranges_, seed_, item).noise, sway).valid;
       if (!valid) break;

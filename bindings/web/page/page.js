@@ -53,18 +53,21 @@ function numberIn(text) {
 const fields = [...at("settings").querySelectorAll("input, select")];  // each is called after its option
 const labelOf = field => field.parentElement.firstChild.textContent.trim();
 const textOf = field => field.value.trim();
-const given = () => fields.filter(field => textOf(field) !== "");
+const actsOn = (field, command) => field.id !== "controller" || command === "fit";  // the network is of one controller
+const given = command => fields.filter(field => textOf(field) !== "" && actsOn(field, command));
 const isWrong = field => field.className === "number" && textOf(field) !== "" && numberIn(textOf(field)) === null;
 const bodyIsHalf = () => (textOf(at("mass")) === "") !== (textOf(at("height")) === "");
-const settingsText = () => given().map(field => `${labelOf(field)} ${textOf(field)}`).join("; ") || "no settings";
-// Identifies the recordings and settings of an answer; the page compares it to see whether an answer is out of date.
-const state = () => JSON.stringify([chosen, fields.map(textOf)]);
+const settingsText = command => given(command).map(field => `${labelOf(field)} ${textOf(field)}`).join("; ") || "no settings";
+// Identifies the recordings and settings of a command's answer; the page compares it to see whether an answer is out of date.
+const state = command => JSON.stringify([chosen, given(command).map(field => [field.id, textOf(field)])]);
+// The time of a detailed analysis of a recording with the chosen controller.
+const fitTime = () => `about ${at("controller").selectedOptions[0].dataset.minutes} min`;
 
-// The options that the fields say, or null if a field that wants a number has none: it is named, and has the focus.
-function optionsOf() {
+// The options of a command that the fields say, or null if a field that wants a number has none: it is named, and has the focus.
+function optionsOf(command) {
   for (const field of fields) field.setAttribute("aria-invalid", String(isWrong(field)));
   const wrong = fields.find(isWrong);
-  if (!wrong) return given().flatMap(field => ["--" + field.id, field.className === "number" ? numberIn(textOf(field)) : textOf(field)]);
+  if (!wrong) return given(command).flatMap(field => ["--" + field.id, field.className === "number" ? numberIn(textOf(field)) : textOf(field)]);
   say([...notes, `${labelOf(wrong)}: "${textOf(wrong)}" is not a number. Correct it, and the page analyses again`]);
   for (let around = wrong.closest("details"); around; around = around.parentElement.closest("details")) around.open = true;
   wrong.focus();
@@ -107,12 +110,12 @@ const outputs = { json: "decid/result.json", html: "decid/report.html", csv: "de
 // goesOn: the settings are being changed, so that they keep the focus.
 async function compute(command, goesOn = false) {
   const names = recordings.map(([name]) => name);
-  const options = optionsOf();
+  const options = optionsOf(command);
   document.body.dataset.refused = String(options === null);
   if (options === null) return mark();
   say([...notes, ...overlooked]);
-  const asked = { command, names, title: title(names), settings: settingsText(), state: state() };
-  const mine = begin(command, `Analysing ${counted(names.length)}` + (command === "fit" ? ": about 1 min each" : ""));
+  const asked = { command, names, title: title(names), settings: settingsText(command), state: state(command) };
+  const mine = begin(command, `Analysing ${counted(names.length)}` + (command === "fit" ? `: ${fitTime()} each` : ""));
   mark();
   const started = performance.now();
   const outcome = await run([command, ...names, ...options, "-o", outputs.json, "--report", outputs.html, "--table", outputs.csv], recordings);
@@ -135,19 +138,20 @@ async function compute(command, goesOn = false) {
 function renew() {
   if (recordings.length === 0 || working?.command === null) return;
   overlooked = [];
-  const isCurrent = (working ?? answered)?.state === state();
+  const command = (working ?? answered)?.command ?? "identify";
+  const isCurrent = (working ?? answered)?.state === state(command);
   if (isCurrent && !working) say(answered.messages);
   if (isCurrent || bodyIsHalf()) return mark();
-  compute((working ?? answered)?.command ?? "identify", true);
+  compute(command, true);
 }
 
 // Names the settings of the shown result where they differ from the current choice.
 function mark() {
-  const stale = answered !== null && answered.state !== state();
+  const stale = answered !== null && answered.state !== state(answered.command);
   at("stale").hidden = !stale;
   if (!stale) return;
   at("stale-note").textContent = `Earlier result: ${answered.title}, ${answered.settings}. ` +
-    (working ? "The page computes the new result." : `Now chosen: ${title(recordings.map(([name]) => name))}, ${settingsText()}.` +
+    (working ? "The page computes the new result." : `Now chosen: ${title(recordings.map(([name]) => name))}, ${settingsText(answered.command)}.` +
       (bodyIsHalf() ? " Give both weight and height." : ""));
 }
 
@@ -192,6 +196,11 @@ function show(stays) {
   at("bar-title").focus();
 }
 
+// The button states the time of the chosen controller.
+function nameFit() {
+  at("fit").textContent = `Detailed analysis (${fitTime()})`;
+}
+
 // Shows the place to drop files again, above the answer.
 function showSetup() {
   document.body.classList.remove("answered");
@@ -229,6 +238,8 @@ document.addEventListener("drop", event => {
   take(droppedOn(event.dataTransfer));
 });
 at("settings").addEventListener("input", mark);
+at("controller").addEventListener("change", nameFit);
+addEventListener("pageshow", nameFit);  // browsers restore fields after the script
 at("settings").addEventListener("change", renew);
 at("renew").addEventListener("click", renew);
 at("identify-pasted").addEventListener("click", () => take(plainFiles([new File([at("pasted").value], "pasted.csv")])));

@@ -44,6 +44,31 @@ function together(apart) {
   return bytes;
 }
 
+// Applies the changes that changes() of pack.py found to `base`.
+function changed(base, changes) {
+  let at = 0;
+  const number = () => {
+    let value = 0;
+    for (let unit = 1, more = true; more; unit *= 128) {
+      more = changes[at] > 127;
+      value += (changes[at++] & 127) * unit;
+    }
+    return value;
+  };
+  const result = new Uint8Array(number());
+  for (let to = 0; to < result.length;) {
+    const added = number();
+    result.set(changes.subarray(at, at + added), to);
+    at += added;
+    to += added;
+    const place = number(), count = number();
+    for (let i = 0; i < count; ++i) result[to + i] = base[place + i] + changes[at + i];
+    at += count;
+    to += count;
+  }
+  return result;
+}
+
 // Returns true if this processor rounds a relaxed multiply-add once. The probe's results differ if it rounds the product
 // first.
 async function fuses() {
@@ -59,8 +84,9 @@ const workerAddress = URL.createObjectURL(new Blob([at("worker").textContent], {
 const program = (async () => {
   const relaxed = location.hash !== "#plain" && await fuses();
   document.body.dataset.kernels = relaxed ? "relaxed" : "wasm";
-  const module = await WebAssembly.compile(await unpacked(relaxed ? "relaxed" : "plain"));
-  at(relaxed ? "plain" : "relaxed").remove();
+  const own = new Uint8Array(await unpacked("relaxed"));
+  const module = await WebAssembly.compile(relaxed ? own : changed(own, new Uint8Array(await unpacked("plain"))));
+  at("plain")?.remove();
   return { module, model: together(new Uint8Array(await unpacked("model"))), environment: [] };
 })();
 
@@ -87,7 +113,7 @@ function end() {
 // Ends the task before it. Returns the number of the new one. command: null before there are recordings.
 function begin(command, what) {
   end();
-  working = { command, state: state() };
+  working = { command, state: state(command) };
   busy(what);
   return turn;
 }

@@ -69,6 +69,16 @@ function runWasi(module, args, environment, files, hear) {
     content.size = Math.max(content.size, end);
     files.set(name, content.bytes.subarray(0, content.size));
   }
+  function read(file, at, vectors, count, result) {
+    let sum = 0;
+    for (const piece of pieces(vectors, count)) {
+      const part = files.get(file.name).subarray(at + sum, at + sum + piece.length);
+      piece.set(part);
+      sum += part.length;
+    }
+    put32(result, sum);
+    return sum;
+  }
   function write(file, at, vectors, count, written) {
     let sum = 0;
     for (const piece of pieces(vectors, count)) {
@@ -122,6 +132,11 @@ function runWasi(module, args, environment, files, hear) {
       contents.delete(name);
       return ok;
     },
+    fd_pread(fd, vectors, count, offset, result) {
+      if (open[fd]?.name === undefined) return badf;
+      read(open[fd], Number(offset), vectors, count, result);
+      return ok;
+    },
     fd_prestat_get(fd, result) {
       if (!open[fd]?.folder || fd > 4) return badf;
       put32(result, 0);
@@ -135,15 +150,8 @@ function runWasi(module, args, environment, files, hear) {
     fd_read(fd, vectors, count, result) {
       const file = open[fd];
       if (!file) return badf;
-      let sum = 0;
-      if (file.name !== undefined)
-        for (const piece of pieces(vectors, count)) {
-          const part = files.get(file.name).subarray(file.at, file.at + piece.length);
-          piece.set(part);
-          file.at += part.length;
-          sum += part.length;
-        }
-      put32(result, sum);
+      if (file.name === undefined) put32(result, 0);
+      else file.at += read(file, file.at, vectors, count, result);
       return ok;
     },
     fd_readdir(fd, buffer, size, cookie, result) {
@@ -170,6 +178,7 @@ function runWasi(module, args, environment, files, hear) {
       file.at += write(file, file.at, vectors, count, written);
       return ok;
     },
+    path_create_directory: () => nosys,
     path_filestat_get(fd, follow, path, size, result) {
       const name = plain(text(path, size));
       if (files.has(name)) putStatus(result, regular_file, name, files.get(name).length);
