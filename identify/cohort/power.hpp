@@ -31,7 +31,7 @@ double power_of(const PowerDesign& design, double difference, double significanc
 std::size_t participants_for(PowerDesign design, double difference, double power, double significance = 0.05);
 
 /// Returns the smallest number of trials per person with at least this power; 0: 1,000 do not reach it, because people
-/// differ more than so many participants allow. Throws Error as participants_for().
+/// differ too much for this number of participants. Throws Error as participants_for().
 std::size_t trials_for(PowerDesign design, double difference, double power, double significance = 0.05);
 
 }  // namespace decid::cohort
