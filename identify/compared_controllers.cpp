@@ -84,6 +84,20 @@ std::vector<const sim::BodyModel*> find_controllers(const std::string& names, co
       throw Error(Code::setting_conflict, where, "names " + name + " twice", "name each once");
     all.push_back(&model);
   }
+  if (names.ends_with(',')) (void)sim::find_body_model("", where);  // which throws
+  return all;
+}
+
+std::vector<const sim::BodyModel*> controllers_to_fit(const std::string& names, const sim::Protocol& protocol,
+                                                      const std::string& where) {
+  const sim::BodyModel* own = protocol.experiment.body_model;
+  std::vector<const sim::BodyModel*> all = find_controllers(names, where);
+  if (all.empty()) return {own};
+  const bool may_be_another = own == &sim::single_pendulum() && !protocol.names_controller;
+  if (!may_be_another && std::ranges::find(all, own) == all.end())
+    throw Error(Code::setting_conflict, where,
+                "does not name " + own->name + ", the controller of protocol '" + protocol.name + "'",
+                "name it too, or give a protocol without a controller");
   return all;
 }
 

@@ -145,6 +145,7 @@ sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::st
   if (name_or_path == "default" || name_or_path == "short") {
     sim::Protocol protocol = name_or_path == "short" ? sim::short_protocol() : sim::default_protocol();
     protocol.experiment.body_model = &asked;
+    protocol.names_controller = !controller.empty();
     return protocol;
   }
   std::error_code ignored;
@@ -167,6 +168,7 @@ sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::st
     throw Error(Code::setting_conflict, name_or_path,
                 "has the controller '" + own + "', and " + setting("controller") + " is '" + controller + "'",
                 "give the protocol's controller, or none");
+  protocol.names_controller |= !controller.empty();
   return protocol;
 }
 

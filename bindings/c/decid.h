@@ -289,7 +289,7 @@ typedef struct decid_fit_options {
   size_t parameter_prior_count;
   int moved_before; /* 1: the platform played the cycle's end before the recording; 0: it rested, or the tilt decides */
   /* Names of decid_controller_name, separated by commas: each is fitted, decid_result_controller compares them, and the
-     result is of the first one. NULL: the protocol's; one of another controller than "dec" must be named.
+     result is of the first one. NULL: the protocol's. A controller that the protocol names must be among them.
      parameter_priors act on the controllers that have the parameter. */
   const char* controllers;
 } decid_fit_options;

@@ -177,9 +177,4 @@ std::vector<decid_warning> to_c(const Warnings& warnings);
 /// Throws Error if one of the two is given without the other; both 0: empty.
 std::optional<sim::Body> make_body(double mass_kg, double height_m, const char* where);
 
-/// Returns the controllers to fit, the one that answers first: those that are named, or the protocol's. Throws Error
-/// for names that find_controllers() refuses, and if the protocol is of another controller than `dec` that is not
-/// named.
-std::vector<const sim::BodyModel*> controllers_to_fit(const char* names, const sim::Protocol& protocol);
-
 }  // namespace decid::c

@@ -148,18 +148,6 @@ std::optional<sim::Body> make_body(double mass_kg, double height_m, const char* 
   return sim::body_of_participant({.mass_kg = mass_kg, .height_m = height_m});
 }
 
-std::vector<const sim::BodyModel*> controllers_to_fit(const char* names, const sim::Protocol& protocol) {
-  const std::string where = setting("controllers");
-  const sim::BodyModel* own = protocol.experiment.body_model;
-  std::vector<const sim::BodyModel*> all = find_controllers(text_or_empty(names), where);
-  if (all.empty()) return {own};
-  if (own != &sim::single_pendulum() && std::ranges::find(all, own) == all.end())
-    throw Error(Code::setting_conflict, where,
-                "does not name " + own->name + ", the controller of protocol '" + protocol.name + "'",
-                "name it too, or give a protocol without a controller");
-  return all;
-}
-
 }  // namespace decid::c
 
 decid_result::decid_result(decid::RecordingResult of, const decid::Report& common)
@@ -241,7 +229,8 @@ std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recordin
   request.priors.gain = asked.prior_gain;
   request.priors.sensor_noise_deg = asked.prior_noise_deg;
   request.priors.moved_before = asked.moved_before != 0;
-  const std::vector<const decid::sim::BodyModel*> controllers = controllers_to_fit(asked.controllers, protocol);
+  const std::vector<const decid::sim::BodyModel*> controllers =
+      decid::controllers_to_fit(text_or_empty(asked.controllers), protocol, decid::setting("controllers"));
   const std::vector<decid::posterior::ParameterPrior> priors = parameter_priors(asked, where);
   protocol.experiment.body_model = controllers.front();
   request.priors.parameters = priors_for(*controllers.front(), controllers, priors);

@@ -34,9 +34,10 @@ struct AskedStudy {
         free(text_or_empty(from.free)),
         by_group(from.by_group != 0),
         is_fit(from.fit != 0),
-        controllers(controllers_to_fit(from.controllers, protocol)),
+        controllers(
+            decid::controllers_to_fit(text_or_empty(from.controllers), protocol, decid::setting("controllers"))),
         options(from) {
-    if (from.controllers != nullptr && !is_fit)
+    if (!text_or_empty(from.controllers).empty() && !is_fit)
       throw decid::Error(decid::Code::setting_conflict, study_where, "controllers are only for fits", "set fit too");
     if (controllers.size() > 1 && !joint.empty())
       throw decid::Error(decid::Code::setting_conflict, study_where, "joint does not go with several controllers",

@@ -30,8 +30,8 @@ double power_of(const PowerDesign& design, double difference, double significanc
 /// power_of(), and for a power outside of (0, 1).
 std::size_t participants_for(PowerDesign design, double difference, double power, double significance = 0.05);
 
-/// Returns the smallest number of trials per person with at least this power; 0: 1,000 do not reach it, because people
-/// differ too much for this number of participants. Throws Error as participants_for().
+/// Returns the smallest number of trials per person with at least this power; 0: more than 1,000, or no number, where
+/// people differ too much for so few participants. Throws Error as participants_for().
 std::size_t trials_for(PowerDesign design, double difference, double power, double significance = 0.05);
 
 }  // namespace decid::cohort

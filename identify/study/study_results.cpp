@@ -69,7 +69,7 @@ void require_protocol_of(const Model& model, const std::string& name, const std:
 void use_controller(sim::Protocol& its_own, const sim::Protocol& protocol, const FitRequest& request) {
   const sim::BodyModel *const named = its_own.experiment.body_model, *const asked = protocol.experiment.body_model;
   const bool is_fitted =
-      named == &sim::single_pendulum() || named == asked ||
+      (named == &sim::single_pendulum() && !its_own.names_controller) || named == asked ||
       std::ranges::find(request.others, named, &FitRequest::Other::controller) != request.others.end();
   if (!is_fitted)
     throw Error(Code::setting_conflict, "protocol " + its_own.name,

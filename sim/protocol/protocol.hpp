@@ -55,6 +55,7 @@ struct Protocol {
   /// Half-width of a dead band on the body's angle before the gravity gain, for simulations only: fits and transfer
   /// functions ignore it, because what lies behind it is not linear. 0: none.
   double gravity_dead_band_deg = 0.0;
+  bool names_controller = false;  ///< true: the file or the call names the controller, so a fit must include it
 
   /// Throws Error as Experiment::validate does, for noise out of its bounds or without a harmonic of the trial in its
   /// band, and for conditions, heights and standing out of theirs. All other functions assume a valid protocol.

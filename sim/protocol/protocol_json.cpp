@@ -165,6 +165,7 @@ Protocol read_protocol(const Json& json, const ProtocolText& source) {
     std::string controller;
     object.read("controller", controller);
     protocol.experiment.body_model = &find_body_model(controller, where + ", controller");
+    protocol.names_controller = true;
   }
   object.read("sample_rate_hz", protocol.experiment.sample_rate_hz);
   read_stimulus(object, source, protocol.experiment.sample_rate_hz, protocol.experiment.stimulus);

@@ -290,7 +290,7 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
     each chain. progress(done, stage): gets the fraction done, 0 to 1; its exceptions end the fit.
 
     controllers: names of controllers(), each of which is fitted; Fit.comparison compares them, and the parameters are the
-    first one's. None: the protocol's; one of another controller than "dec" must be among them. ranges and priors act on the
+    first one's. None: the protocol's. A controller that the protocol names must be among them. ranges and priors act on the
     controllers that have the parameter.
 
         fit = decid.fit("recording.csv", controllers=["dec", "dec2015", "ic"])

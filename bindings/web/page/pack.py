@@ -42,8 +42,9 @@ def number(value):
 
 def changes(base, target):
     """The size of `target`, then runs that make it of `base`: {count of new bytes, the bytes, place in base, count, differences from the bytes there}.
-    The two programs differ in a few functions and, by little, in the indices of calls, so that most differences are 0."""
-    seed, coarse = 16, 4  # bytes that begin a run; the distance of the places in base that are looked up
+    The two programs differ in a few functions and elsewhere in the indices of calls, so that most differences are 0."""
+    seed, coarse, patience = 16, 4, 16  # equal bytes that begin a run; distance of the places in base that are looked up; a run may lose this much
+    base_view, target_view = memoryview(base), memoryview(target)
     places = {base[at:at + seed]: at for at in range(0, len(base) - seed, coarse)}
     runs, done, at = [number(len(target))], 0, 0
     while at < len(target):
@@ -52,11 +53,11 @@ def changes(base, target):
             at += 1
             continue
         count = score = best = 0  # the run ends where equal bytes have become rare
-        for length, (own, other) in enumerate(zip(target[at:], base[place:]), 1):
+        for length, (own, other) in enumerate(zip(target_view[at:], base_view[place:]), 1):
             score += 1 if own == other else -1
             if score > best:
                 count, best = length, score
-            elif score < best - seed:
+            elif score < best - patience:
                 break
         differences = bytes((own - other) & 255 for own, other in zip(target[at:at + count], base[place:place + count]))
         runs += [number(at - done), target[done:at], number(place), number(count), differences]

@@ -58,10 +58,12 @@ class ResponseCheck {
   std::size_t typical_dead_, longest_dead_;  // blocks of a body's dead time
 };
 
+/// Findings of look_for_changes().
 struct Changes {
   Warnings warnings;
   bool other_start = false;  ///< the warnings contain `other_start`
 };
+
 /// Returns the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians within a block),
 /// `unusual_movement` (one of 0.5 to 4 s, or to another level, of 0.3 degrees and 8 standard deviations; not with
 /// `stretch_off`), and one of `no_response` (in one part, as from a platform that stopped; not with a movement at the

@@ -163,11 +163,16 @@ TEST_CASE("a fit refuses controllers that it cannot compare") {
   };
   refused(fit("dec,pid"), Code::setting_unknown, "controllers");
   refused(fit("dec,,ic"), Code::setting_unknown, "controllers");
+  refused(fit("ic,"), Code::setting_unknown, "controllers");
   refused(fit("dec,ic,dec"), Code::setting_conflict, "names dec twice");
   const OwnedProtocol of_dec2015 = make<OwnedProtocol>(
       [](decid_protocol** place) { return decid_protocol_load_controller("short", "dec2015", place); });
   options.protocol = of_dec2015.get();
   refused(fit("dec,ic"), Code::setting_conflict, "does not name dec2015");
+  const OwnedProtocol of_dec =
+      make<OwnedProtocol>([](decid_protocol** place) { return decid_protocol_load_controller("short", "dec", place); });
+  options.protocol = of_dec.get();
+  refused(fit("ic"), Code::setting_conflict, "does not name dec");
   options.protocol = nullptr;
   const double none = std::numeric_limits<double>::quiet_NaN();
   const decid_parameter_prior of_ic{"W", 0.2, 0.8, none, none};  // no parameter of dec

@@ -671,6 +671,24 @@ class Without_relaxed_vectors(Answers):
     """The programs whose multiply-add is computed exactly, where the browser has relaxed vectors or not."""
     fragment, kernels = "#plain", "wasm"
 
+    def test_the_changes_make_every_byte_of_the_second_program(self):
+        packed = {name: re.search(f'id="{name}">(.*?)</script>', page.read_text())[1] for name in ("relaxed", "plain")}
+        self.chromium.evaluate("""(async () => {
+          const parts = [];
+          for (const [id, text] of Object.entries(%s)) {
+            const part = document.createElement("p");
+            Object.assign(part, { id, textContent: text, hidden: true });
+            document.body.append(part);
+            parts.push(new Uint8Array(await unpacked(id)));
+          }
+          let text = "";
+          for (const byte of changed(...parts)) text += String.fromCharCode(byte);
+          document.body.dataset.made = btoa(text);
+        })(), 0""" % json.dumps(packed))
+        self.chromium.wait("document.body.dataset.made !== undefined")
+        made = base64.b64decode(self.chromium.evaluate("document.body.dataset.made"))
+        self.assertTrue(made == (page.parent / "tools/decid_plain").read_bytes())
+
 
 class Same_bits(Page):
     def test_trainings_have_the_pinned_bits_in_the_browser_too(self):

@@ -88,6 +88,9 @@ TEST_CASE("power: the number of trials that is enough, and people who differ too
   CHECK(trials_for(design, 5.0, 0.8) == 1);
   design.participant_sd = 1.0;
   CHECK(trials_for(design, 0.6, 0.8) == 0);  // 0.8 takes 45 participants without any other error
+  design.participant_sd = 0.5;
+  design.measurement_sd = 20.0;
+  CHECK(trials_for(design, 0.6, 0.8) == 0);  // more than 1,000
 }
 
 // Four standard deviations of 2,000 studies are 0.045 at most; predicted powers are right within 0.03.

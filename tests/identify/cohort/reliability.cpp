@@ -48,8 +48,9 @@ TEST_CASE("reliability: two visits of five persons, split into measurement and p
   CHECK(reliability(2, values, std::vector<double>(10, 1e4)).within_participant_sd == 0.0);
 }
 
-// 4,000 studies of 20 persons, two visits each. A coverage of 0.95 has a standard error of 0.0034, and changes of
-// persons of 0.0008: bounds are four of them, and a point for the interval, which is approximate.
+// 4,000 studies of 20 persons, two visits each. A coverage of 0.95 has a standard error of 0.0034, changes of persons
+// have one of 0.0008: bounds are four of them, and more for the interval, which is approximate. Fewer than 5% exceed
+// the detectable change, because it also counts what visits differ by chance.
 TEST_CASE("reliability: intervals hold the true correlation, and few unchanged persons exceed the detectable change") {
   const decid::Random random(33, decid::Stream::user, 0);
   std::uint64_t used = 0;
@@ -69,7 +70,7 @@ TEST_CASE("reliability: intervals hold the true correlation, and few unchanged p
         exceeded += std::abs(values[i + 1] - values[i]) > found.minimal_detectable_change ? 1 : 0;
     }
     CHECK(within(held / double{studies}, 0.95, 0.02));
-    CHECK(within(exceeded / (double{studies} * persons), 0.05, 0.01));
+    CHECK(within(exceeded / (double{studies} * persons), 0.044, 0.0035));
   }
 }
 

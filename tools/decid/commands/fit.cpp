@@ -76,22 +76,6 @@ void check_kind(const FitOptions& options, const Command& command) {
   if (!is_table) std::ranges::for_each(of_tables, refuse);
 }
 
-/// Returns the controllers that --controller names, in its order. Throws Error if the protocol names another one.
-std::vector<const sim::BodyModel*> controllers_of(const FitOptions& options, const sim::Protocol& protocol) {
-  std::vector<const sim::BodyModel*> all = find_controllers(options.controllers, "--controller");
-  const sim::BodyModel* own = protocol.experiment.body_model;
-  if (all.empty()) return {own};
-  if (std::ranges::find(all, own) != all.end()) return all;
-  if (!options.protocol.empty())
-    // Only the file tells a controller that it names from the default; reading it for another one throws.
-    static_cast<void>(read_protocol(options.protocol, true, nullptr, all.front()->name));
-  else if (own != &sim::single_pendulum())
-    throw Error(Code::setting_conflict, "--controller",
-                "does not name " + own->name + ", the controller of protocol '" + protocol.name + "'",
-                "leave it out, or give a protocol without a controller");
-  return all;
-}
-
 /// Returns the chosen protocol, with the person's body if the options describe one.
 sim::Protocol protocol_for(const FitOptions& options, sim::Protocol protocol) {
   if (const std::optional<sim::Body> body = options.recordings.body()) protocol.experiment.body = *body;
@@ -128,7 +112,8 @@ void run_table(const FitOptions& options, const Command& command) {
                .body_assumed = !options.recordings.body() && named.experiment.body == sim::Body{}};
   sim::Protocol protocol = protocol_for(options, named);
   asked.call.seed = options.request.settings.seed;
-  const std::vector<const sim::BodyModel*> controllers = controllers_of(options, protocol);
+  const std::vector<const sim::BodyModel*> controllers =
+      controllers_to_fit(options.controllers, protocol, "--controller");
   for (const sim::BodyModel* controller : controllers) {
     protocol.experiment.body_model = controller;
     frf::Priors priors{.gain = options.prior_gain.value_or(frf::Priors{}.gain),
@@ -220,7 +205,7 @@ FitInput read_input(FitOptions& options) {
   if (!options.protocol.empty()) given = read_protocol(options.protocol, options.common.quiet, &inputs);
   FitInput input{model_or_built_in(options.model)};
   input.protocol = protocol_for(options, given.value_or(input.model.protocol));
-  input.controllers = controllers_of(options, input.protocol);
+  input.controllers = controllers_to_fit(options.controllers, input.protocol, "--controller");
   input.protocol.experiment.body_model = input.controllers.front();
   set_controllers(options, input.controllers, input.protocol);
   if (!options.joint.empty() && input.controllers.size() > 1)

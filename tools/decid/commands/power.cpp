@@ -46,7 +46,7 @@ struct PowerRow {
   cohort::PowerDesign design;  ///< with the standard deviation of the participants' values
   double power;
   std::size_t needed;         ///< participants; 0: more than the search's maximum
-  std::size_t trials_needed;  ///< with the wanted number of participants; 0: as above
+  std::size_t trials_needed;  ///< with the given number of participants; 0: as above
 };
 
 /// Returns the spread of the recordings' values: the network's, or decid fit's.
@@ -217,17 +217,17 @@ std::string power_text(const PowerOptions& options, const std::vector<PowerRow>&
     text += format("%-22s %12.5g %12.4g %14.4g %12.4g %9.1f%% %12s %8s\n", name_and_unit(row.info).c_str(), row.mean,
                    row.difference, row.participant_sd, row.design.measurement_sd, 100.0 * row.power,
                    count_or_dash(row.needed).c_str(), count_or_dash(row.trials_needed).c_str());
-  return text +
-         format(
-             "Power of %s: %d participants%s, %s each. Participants: the number%s for a power of %g%%.\n"
-             "Trials: the number per participant%s for that power with %d participants%s; -: no number is enough.\n"
-             "Means, differences and standard deviations (sd) are in the parameter's unit.\n",
-             options.intervals == 1 ? "a 95% interval"
-                                    : format("one of %d 95%% intervals that hold together", options.intervals).c_str(),
-             options.participants, options.design.paired ? " in pairs" : " per group",
-             counted(options.trials, "trial").c_str(), options.design.paired ? " of pairs" : " per group",
-             100.0 * options.power, options.design.paired ? " and visit" : "", options.participants,
-             options.design.paired ? " in pairs" : " per group");
+  return text + format(
+                    "Power of %s: %d participants%s, %s each. Participants: the number%s for a power of %g%%.\n"
+                    "Trials: the number per participant%s for that power with %d participants%s; -: more than 1,000.\n"
+                    "Means, differences and standard deviations (sd) are in the parameter's unit.\n",
+                    options.intervals == 1
+                        ? "a 95% interval"
+                        : format("one of %d 95%% intervals that hold together", options.intervals).c_str(),
+                    options.participants, options.design.paired ? " in pairs" : " per group",
+                    counted(options.trials, "trial").c_str(), options.design.paired ? " of pairs" : " per group",
+                    100.0 * options.power, options.design.paired ? " and visit" : "", options.participants,
+                    options.design.paired ? " in pairs" : " per group");
 }
 
 void run_power(const PowerOptions& options) {
@@ -286,7 +286,8 @@ void add_power(const Command& program) {
                   "Plan for this number of intervals that hold together (simultaneous intervals), for example 7: one "
                   "per parameter and pair of groups")
       .range(1, 1000);
-  command.add_option("--power", options->power, "Find the number of participants for this power").range(0.01, 0.999);
+  command.add_option("--power", options->power, "Find the numbers of participants and of trials for this power")
+      .range(0.01, 0.999);
   command.section("Model");
   command
       .add_option("--by", options->by,
