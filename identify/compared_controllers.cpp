@@ -102,7 +102,7 @@ std::vector<const sim::BodyModel*> controllers_to_fit(const std::string& names, 
 }
 
 bool chains_allow_comparison(double max_rhat, const Warnings& warnings) {
-  return max_rhat <= comparable_rhat && !has_code(warnings, "chains_disagree") && !has_code(warnings, "divergences");
+  return max_rhat <= comparable_rhat && !has_code(warnings, "divergences");
 }
 
 std::optional<Warning> better_controller_warning(std::span<const LeaveOneOut> left_out,

@@ -31,7 +31,7 @@ std::vector<const sim::BodyModel*> controllers_to_fit(const std::string& names, 
                                                       const std::string& where);
 
 /// Returns true if the chains of a fit agree well enough to compare its predictions: the largest R-hat of a parameter
-/// is at most 1.2, and no warning says `chains_disagree` or `divergences`.
+/// is at most 1.2, and no warning says `divergences`.
 bool chains_allow_comparison(double max_rhat, const Warnings& warnings);
 
 /// Returns the caution `other_controller` that names the best of the controllers that predict far better than the

@@ -327,6 +327,9 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
     }
   }
   const bool from_network = figures.answer == FitFigures::Answer::network;
+  const NetworkUse network = from_network           ? NetworkUse::answers
+                             : plan_->has_network() ? NetworkUse::beside
+                                                    : NetworkUse::none;
   // A start well within its prior explains such a recording.
   const bool start_explains =
       trial.other_start && !from_network && density.infers(Density::start) &&
@@ -351,7 +354,7 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   result.warnings = without_refused_lean(
       most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings, out_of_distribution,
                          response_ratio_warnings(result.explanation, start_explains),
-                         posterior_warnings(density, observation, found, from_network), contradictions}));
+                         posterior_warnings(density, observation, found, network), contradictions}));
   figures.inferred = posterior::infer(density, observation, found, report_.fit->keeps_log_likelihood);
   for (int i = 0; i < found.points(); ++i) figures.stored_draws.push_back(found.draw_of_point(i));
   figures.posterior.drop_points();
@@ -389,7 +392,7 @@ void Fitter::fit_others(RecordingResult& result, const Prepared& prepared, const
     posterior::Inferred inferred = posterior::infer(density, observation, fit.posterior);
     fit.posterior.drop_points();
     fit.check = other.checker.check(fit.posterior.states(), trial, settings.seed);
-    fit.warnings = posterior_warnings(density, observation, fit.posterior, false);
+    fit.warnings = posterior_warnings(density, observation, fit.posterior, NetworkUse::none);
     if (const std::string unlike = fit.check.warning(); !unlike.empty())
       add_caution(fit.warnings, "unlike_simulated", unlike);
     fit.sway_rad = std::move(inferred.sway_rad);

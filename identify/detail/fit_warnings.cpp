@@ -23,6 +23,9 @@ constexpr std::size_t edges_of_invalid = 4, outermost_of_caution = 2;
 /// Standard error of the 5% quantile of N independent draws, in standard deviations, times the square root of N.
 constexpr double of_interval_end = 2.1;
 constexpr double slow_rhat = 1.2;  // of noise, start and gain
+/// Without a network: in 4 of 15 trials of `ic` between this and 1.5 a parameter is beyond 5 standard deviations, below
+/// it in 1 of 179 (docs/research/people.md).
+constexpr double max_lone_rhat = 1.1;
 constexpr double divergent_fraction = 0.05;
 /// White noise of this size per sample, in a block of 0.1 s, is about the model's own error.
 constexpr double min_believed_noise_deg = 2e-3;
@@ -51,10 +54,11 @@ std::string settings_of(const std::vector<int>& quantities) {
   return joined(names, ", ");
 }
 
-Warnings edge_warnings(const Density& density, const Posterior& found, bool from_network) {
+Warnings edge_warnings(const Density& density, const Posterior& found, NetworkUse network) {
   const std::vector<int> edges = at_edge(density, found, outer);
   if (edges.empty()) return {};
   const std::string names = joined(edges, ", ", [&](int quantity) { return quantity_name(density, quantity); });
+  const bool from_network = network == NetworkUse::answers;
   const std::vector<int> last = from_network ? std::vector<int>() : at_edge(density, found, outermost);
   const bool is_refused = edges.size() >= edges_of_invalid, leans = last.size() >= outermost_of_caution;
   // A start beyond the prior biases the delay.
@@ -76,15 +80,16 @@ double fewest_tail_draws(const Density& density, const Posterior& found) {
   return fewest;
 }
 
-Warnings chain_warnings(const Density& density, const Posterior& found, bool from_network) {
+Warnings chain_warnings(const Density& density, const Posterior& found, NetworkUse network) {
   Warnings warnings;
+  const bool from_network = network == NetworkUse::answers;
   const std::vector<double>& rhat = found.rhat();
   const auto parameters = rhat.begin() + density.parameters();
   const auto worst = std::max_element(rhat.begin(), parameters), other = std::max_element(parameters, rhat.end());
   const auto name_at = [&](auto place) {
     return quantity_name(density, density.quantity(static_cast<std::size_t>(place - rhat.begin())));
   };
-  if (found.chains_disagree()) {
+  if (found.chains_disagree() || (network == NetworkUse::none && !(found.max_rhat() <= max_lone_rhat))) {
     const std::string apart = format(
         "the chains do not agree (R-hat %.2f for %s): the recording may fit more than one "
         "controller; these are ",
@@ -151,9 +156,9 @@ std::vector<int> at_edge(const Density& density, const Posterior& found, double 
 }
 
 Warnings posterior_warnings(const Density& density, const posterior::Observation& observation, const Posterior& found,
-                            bool from_network) {
-  Warnings warnings = edge_warnings(density, found, from_network);
-  append(warnings, chain_warnings(density, found, from_network));
+                            NetworkUse network) {
+  Warnings warnings = edge_warnings(density, found, network);
+  append(warnings, chain_warnings(density, found, network));
   append(warnings, noise_warnings(observation, found));
   return warnings;
 }

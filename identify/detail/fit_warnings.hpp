@@ -10,14 +10,19 @@
 
 namespace decid {
 
+/// What a network has to do with an answer. `none`: no network knows this controller and protocol, so the chains did
+/// not begin at its values and nothing else would show what they missed. `answers`: the answer is the network's because
+/// the chains are apart.
+enum class NetworkUse { none, beside, answers };
+
 /// Returns the quantities that have half of their draws at either end of the prior, where the prior has this
 /// probability. The slow noise, which chains hold while they draw, is not judged.
 std::vector<int> at_edge(const posterior::Density& density, const posterior::Posterior& found, double probability);
 
 /// Returns what the posterior itself shows: `at_edge`, `chains_disagree`, `few_draws`, `divergences`, `little_noise`,
-/// `unexplained_sway`. from_network: the answer is the network's because the chains are apart.
+/// `unexplained_sway`.
 Warnings posterior_warnings(const posterior::Density& density, const posterior::Observation& observation,
-                            const posterior::Posterior& found, bool from_network);
+                            const posterior::Posterior& found, NetworkUse network);
 
 /// Returns `network_disagrees` if the posterior's and the network's means of a parameter are further apart than 3.5 of
 /// their joint standard deviations.

@@ -19,9 +19,9 @@ TEST_CASE("warnings of a posterior: quantities at the end of their priors, and c
   const posterior::Density density(protocol, {});
   const posterior::Observation observation = density.observe(sway);
   posterior::Posterior found = posterior::sample(density, observation, test::quick());
-  const auto warning_of = [&](const std::vector<std::string>& codes, bool from_network) {
+  const auto warning_of = [&](const std::vector<std::string>& codes, NetworkUse network) {
     Warnings chosen;
-    for (const Warning& one : posterior_warnings(density, observation, found, from_network))
+    for (const Warning& one : posterior_warnings(density, observation, found, network))
       if (std::ranges::count(codes, one.code) > 0) chosen.push_back(one);
     REQUIRE(chosen.size() == 1);
     return chosen.front();
@@ -38,15 +38,15 @@ TEST_CASE("warnings of a posterior: quantities at the end of their priors, and c
   CHECK(at_edge(density, found, 1e-9).empty());
 
   // Chains: by the parameters' R-hats, with another severity for the network's answer.
-  const auto of_chains = [&](double of_parameter, double of_gain, bool from_network) {
+  const auto of_chains = [&](double of_parameter, double of_gain, NetworkUse network) {
     std::vector<double> rhat(found.rhat().size(), 1.0);
     rhat[sim::Kd] = of_parameter;
     rhat.back() = of_gain;
     test::set_posterior(found, {found.states().begin(), found.states().end()}, rhat, found.effective_draws());
-    return warning_of({"chains_disagree", "few_draws"}, from_network);  // 20 draws a chain are too few for agreement
+    return warning_of({"chains_disagree", "few_draws"}, network);  // 20 draws a chain are too few for agreement
   };
-  const Warning rough = of_chains(1.5, 1.0, false), with_gain = of_chains(1.1, 4.0, false),
-                apart = of_chains(1.51, 1.0, false);
+  const Warning rough = of_chains(1.5, 1.0, NetworkUse::beside), with_gain = of_chains(1.1, 4.0, NetworkUse::beside),
+                apart = of_chains(1.51, 1.0, NetworkUse::beside);
   CHECK(rough.code == "few_draws");
   CHECK(rough.severity == Severity::info);
   CHECK(test::contains(rough.text, "Kd"));
@@ -55,27 +55,32 @@ TEST_CASE("warnings of a posterior: quantities at the end of their priors, and c
   CHECK(test::contains(with_gain.text, "the gain"));
   CHECK(apart.code == "chains_disagree");
   CHECK(apart.severity == Severity::caution);
-  CHECK(of_chains(1.51, 1.0, true).severity == Severity::info);
+  CHECK(of_chains(1.51, 1.0, NetworkUse::answers).severity == Severity::info);
+  // Without a network smaller distances are a caution.
+  CHECK(of_chains(1.1, 1.0, NetworkUse::none).code == "few_draws");
+  const Warning alone = of_chains(1.11, 1.0, NetworkUse::none);
+  CHECK(alone.code == "chains_disagree");
+  CHECK(alone.severity == Severity::caution);
 
   // The remedy of an end is the setting of the quantity, and a start at its limit is a caution.
   const AlignedVector<double> middle(static_cast<std::size_t>(density.size()) * posterior::lanes, 0.0);
-  const auto of_edges = [&](const auto& change, bool from_network) {
+  const auto of_edges = [&](const auto& change, NetworkUse network) {
     posterior::State state = density.state(middle, 0);
     change(state);
     test::set_posterior(found, std::vector(found.states().size(), state), found.rhat(), found.effective_draws());
-    return warning_of({"at_edge"}, from_network);
+    return warning_of({"at_edge"}, network);
   };
   const auto starts_late = [](posterior::State& state) { state.start_s = 0.0999; };
-  const Warning start = of_edges(starts_late, false);
+  const Warning start = of_edges(starts_late, NetworkUse::beside);
   CHECK(start.severity == Severity::caution);
   CHECK(test::contains(start.text, "prior_start"));
   CHECK_FALSE(test::contains(start.text, "ranges"));
-  CHECK(of_edges(starts_late, true).severity == Severity::info);
-  const Warning gain = of_edges([](posterior::State& state) { state.gain = 1.2; }, false);
+  CHECK(of_edges(starts_late, NetworkUse::answers).severity == Severity::info);
+  const Warning gain = of_edges([](posterior::State& state) { state.gain = 1.2; }, NetworkUse::beside);
   CHECK(gain.severity == Severity::info);
   CHECK(test::contains(gain.text, "prior_gain"));
   const auto stiffest = [&](posterior::State& state) { state.parameters[sim::Kp] = density.ranges()[sim::Kp].high; };
-  const Warning parameter = of_edges(stiffest, false);
+  const Warning parameter = of_edges(stiffest, NetworkUse::beside);
   CHECK(parameter.severity == Severity::info);
   CHECK(test::contains(parameter.text, "ranges"));
 }
