@@ -10,7 +10,7 @@
 
 namespace decid {
 
-/// What a network has to do with an answer. `none`: no network knows this controller and protocol, so the chains did
+/// The part that a network has in an answer. `none`: no network knows this controller and protocol, so the chains did
 /// not begin at its values and nothing else would show what they missed. `answers`: the answer is the network's because
 /// the chains are apart.
 enum class NetworkUse { none, beside, answers };
