@@ -2,7 +2,9 @@
 #include <filesystem>
 #include <numeric>
 
+#include "base/setting.hpp"
 #include "bindings/c/handles.hpp"
+#include "identify/compared_controllers.hpp"
 #include "identify/study/find_recordings.hpp"
 #include "identify/study/joint_groups.hpp"
 #include "identify/study/plan_groups.hpp"
