@@ -73,8 +73,7 @@ bool has_code(const Warnings& warnings, const char* code) {
   return std::ranges::find(warnings, code, &Warning::code) != warnings.end();
 }
 
-}  // namespace
-
+/// Returns the controllers that `names` lists, in its order.
 std::vector<const sim::BodyModel*> find_controllers(const std::string& names, const std::string& where) {
   std::vector<const sim::BodyModel*> all;
   std::istringstream stream(names);
@@ -88,6 +87,8 @@ std::vector<const sim::BodyModel*> find_controllers(const std::string& names, co
   return all;
 }
 
+}  // namespace
+
 std::vector<const sim::BodyModel*> controllers_to_fit(const std::string& names, const sim::Protocol& protocol,
                                                       const std::string& where) {
   const sim::BodyModel* own = protocol.experiment.body_model;
@@ -99,6 +100,14 @@ std::vector<const sim::BodyModel*> controllers_to_fit(const std::string& names, 
                 "does not name " + own->name + ", the controller of protocol '" + protocol.name + "'",
                 "name it too, or give a protocol without a controller");
   return all;
+}
+
+bool is_of_another(const std::string& parameter, const sim::BodyModel& controller,
+                   std::span<const sim::BodyModel* const> all) {
+  const auto has = [&](const sim::BodyModel* model) {
+    return std::ranges::find(model->parameters, parameter, &sim::ParameterInfo::name) != model->parameters.end();
+  };
+  return !has(&controller) && std::ranges::any_of(all, has);
 }
 
 bool chains_allow_comparison(double max_rhat, const Warnings& warnings) {

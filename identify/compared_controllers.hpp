@@ -20,15 +20,16 @@ struct BodyModel;
 struct Protocol;
 }  // namespace sim
 
-/// Returns the controllers that `names` lists, separated by commas, in its order; none for an empty text. Throws Error
-/// at `where` for a name that no controller has, and for one that is given twice.
-std::vector<const sim::BodyModel*> find_controllers(const std::string& names, const std::string& where);
-
-/// Returns the controllers to fit, the one that answers first: find_controllers(), or the protocol's if there are no
-/// names. Throws Error as find_controllers(), and if the protocol's controller is not among the names, unless it is
-/// `dec` and the protocol does not name it.
+/// Returns the controllers to fit, the one that answers first: those of `names`, separated by commas, or the protocol's
+/// for an empty text. Throws Error at `where` for a name that no controller has, for one that is given twice, and if
+/// the protocol's controller is not among the names, unless it is `dec` and the protocol does not name it.
 std::vector<const sim::BodyModel*> controllers_to_fit(const std::string& names, const sim::Protocol& protocol,
                                                       const std::string& where);
+
+/// Returns true if another one of the controllers has this parameter, and `controller` has not: a prior of it does not
+/// act on `controller`.
+bool is_of_another(const std::string& parameter, const sim::BodyModel& controller,
+                   std::span<const sim::BodyModel* const> all);
 
 /// Returns true if the chains of a fit agree well enough to compare its predictions: the largest R-hat of a parameter
 /// is at most 1.2, and no warning says `divergences`.

@@ -206,11 +206,7 @@ std::vector<decid::posterior::ParameterPrior> priors_for(const decid::sim::BodyM
                                                          const std::vector<const decid::sim::BodyModel*>& all,
                                                          std::vector<decid::posterior::ParameterPrior> priors) {
   std::erase_if(priors, [&](const decid::posterior::ParameterPrior& prior) {
-    const auto has = [&](const decid::sim::BodyModel* model) {
-      return std::ranges::find(model->parameters, prior.name, &decid::sim::ParameterInfo::name) !=
-             model->parameters.end();
-    };
-    return !has(&controller) && std::ranges::any_of(all, has);
+    return decid::is_of_another(prior.name, controller, all);
   });
   return priors;
 }

@@ -114,11 +114,25 @@ TEST_CASE("controllers: recordings that are not usable or not comparable count a
 
 TEST_CASE("controllers: a list names each once, in its order") {
   using Controllers = std::vector<const sim::BodyModel*>;
-  CHECK(find_controllers("", "list").empty());
-  CHECK(find_controllers("ic,dec", "list") == Controllers{&sim::independent_channels(), &sim::single_pendulum()});
-  check_error([] { find_controllers("dec,pid", "list"); }, Code::setting_unknown, "list");
-  check_error([] { find_controllers("dec,,ic", "list"); }, Code::setting_unknown, "list");
-  check_error([] { find_controllers("dec,ic,dec", "list"); }, Code::setting_conflict, "list");
+  sim::Protocol protocol = sim::short_protocol();
+  const auto find = [&](const char* names) { return controllers_to_fit(names, protocol, "list"); };
+  CHECK(find("") == Controllers{&sim::single_pendulum()});
+  CHECK(find("ic,dec") == Controllers{&sim::independent_channels(), &sim::single_pendulum()});
+  for (const char* names : {"dec,pid", "dec,,ic", "ic,"})
+    check_error([&] { find(names); }, Code::setting_unknown, "list");
+  check_error([&] { find("dec,ic,dec"); }, Code::setting_conflict, "list");
+  // A controller that the protocol names must be among them.
+  CHECK(find("ic").size() == 1);
+  protocol.names_controller = true;
+  check_error([&] { find("ic"); }, Code::setting_conflict, "list");
+}
+
+TEST_CASE("controllers: a prior acts on the controllers that have its parameter") {
+  const std::vector<const sim::BodyModel*> all{&sim::single_pendulum(), &sim::independent_channels()};
+  CHECK(is_of_another("W", *all[0], all));
+  CHECK_FALSE(is_of_another("W", *all[1], all));
+  CHECK_FALSE(is_of_another("Kp", *all[0], all));
+  CHECK_FALSE(is_of_another("pid", *all[0], all));  // which another check refuses
 }
 
 TEST_CASE("controllers: chains that do not agree are not compared") {

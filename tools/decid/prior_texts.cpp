@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "identify/compared_controllers.hpp"
 #include "identify/study/joint_groups.hpp"
 
 namespace decid::tools {
@@ -80,15 +81,9 @@ std::vector<posterior::ParameterPrior> priors_of(const PriorTexts& texts, const 
 /// Removes the texts for parameters that this controller does not have and another one of the call has.
 PriorTexts for_controller(PriorTexts texts, const sim::BodyModel& controller,
                           const std::vector<const sim::BodyModel*>& all) {
-  const auto has = [](const sim::BodyModel& model, const std::string& text) {
-    const std::vector<std::string> names = model.parameters.names();
-    return std::ranges::find(names, text.substr(0, text.find('='))) != names.end();
-  };
   for (auto* list : {&texts.ranges, &texts.normals, &texts.fixed})
-    std::erase_if(*list, [&](const std::string& text) {
-      return !has(controller, text) &&
-             std::ranges::any_of(all, [&](const sim::BodyModel* other) { return has(*other, text); });
-    });
+    std::erase_if(
+        *list, [&](const std::string& text) { return is_of_another(text.substr(0, text.find('=')), controller, all); });
   return texts;
 }
 
