@@ -10,9 +10,9 @@
 
 namespace decid {
 
-/// The part that a network has in an answer. `none`: no network knows this controller and protocol, so the chains did
-/// not begin at its values and nothing else would show what they missed. `beside`: a network knows them, and the answer
-/// is the chains'. `answers`: the answer is the network's because the chains are apart.
+/// The part that a network has in an answer. `none`: no network knows this controller and protocol, so nothing shows
+/// what the chains missed. `beside`: a network's answer is compared with the chains', which is the result. `answers`:
+/// the result is the network's because the chains are apart.
 enum class NetworkUse { none, beside, answers };
 
 /// Returns the quantities that have half of their draws at either end of the prior, where the prior has this

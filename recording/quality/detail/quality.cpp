@@ -290,6 +290,7 @@ Held find_held(std::span<const double> sway) {
   return {common, first % common};
 }
 
+/// Returns `held_samples`.
 Warnings held_warnings(const Held& held, double rate_hz) {
   Warnings warnings;
   const double length_s = static_cast<double>(held.samples) / rate_hz;
