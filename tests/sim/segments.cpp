@@ -63,8 +63,8 @@ TEST_CASE("segments: bounds") {
     check_error([&] { make_segments({mass, 1.8}); }, decid::Code::setting_out_of_range, "mass_kg");
   for (const double height : {0.0, -1.0, 3.1, nan})
     check_error([&] { make_segments({80.0, height}); }, decid::Code::setting_out_of_range, "height_m");
-  for (const auto& [height, advised] : {std::pair(175.0, "1.75"), std::pair(162.5, "1.625")})
-    check_error([&] { make_segments({80.0, height}); }, decid::Code::setting_out_of_range, advised);
+  for (const auto& height : {std::pair(175.0, "1.75"), std::pair(162.5, "1.625")})
+    check_error([&] { make_segments({80.0, height.first}); }, decid::Code::setting_out_of_range, height.second);
 }
 
 TEST_CASE("a person's body has a person's weight and height") {
