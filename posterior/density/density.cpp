@@ -199,8 +199,27 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     put(observe_, mean * (frequency_weight(k / padded_s) / block_samples_));
     put(platform_, spectrum[static_cast<std::size_t>(k)]);
   }
+  set_unbinned();
   for (int block = lead_blocks_; block < lead_blocks_ + blocks_; ++block)
     undamp_.push_back(decid::exp(damping_ * block_s * block) * padded_blocks_ / static_cast<double>(padded_steps));
+}
+
+// What passes the dead band is the velocity less at most theta. Bins are exact for a straight line in each half only,
+// and their error grows with the velocity. So the platform's part of it is taken from its steps, as if all of it
+// passed.
+void Density::set_unbinned() {
+  const auto in_lanes = [](int count) { return AlignedVector<double>(static_cast<std::size_t>(count) * lanes, 0.0); };
+  AlignedVector<double> halves = in_lanes(2 * bins_), bins = in_lanes(padded_blocks_),
+                        spectrum = in_lanes(2 * fft_.bins()), work = in_lanes(2 * fft_.work_length());
+  for (std::size_t half = 0; half < weight_.size(); ++half)
+    std::fill_n(halves.begin() + static_cast<std::ptrdiff_t>(half * lanes), lanes,
+                weight_[half] * 0.5 * (rate_low_[half] + rate_high_[half]));
+  kernels(isa_).join(bins_, halves.data(), bins.data());
+  fft_.forward_lanes(bins, spectrum, work, isa_);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(frequencies_); ++k) {
+    const Complex of_bins(spectrum[2 * k * lanes], spectrum[(2 * k + 1) * lanes]);
+    put(unbinned_, Complex(platform_[2 * k], platform_[2 * k + 1]) - of_bins * Complex(hold_[2 * k], hold_[2 * k + 1]));
+  }
 }
 
 Density::Transforms Density::transforms() const {
@@ -252,11 +271,13 @@ DeadBandValues Density::dead_band_values(const Chains& c, Workspace& work) const
 }
 
 LoopConstants Density::constants(const Observation& observation) const {
-  return {frequencies_,           s_.data(),          sum_.data(),
-          rate_.data(),           body_.data(),       hold_.data(),
-          observe_.data(),        platform_.data(),   observation.torque.data(),
-          2.0 / padded_blocks_,   derivative_.data(), slow_response_.data(),
-          torque_response_.data()};
+  return {frequencies_,          s_.data(),
+          sum_.data(),           rate_.data(),
+          body_.data(),          hold_.data(),
+          observe_.data(),       platform_.data(),
+          unbinned_.data(),      observation.torque.data(),
+          2.0 / padded_blocks_,  derivative_.data(),
+          slow_response_.data(), torque_response_.data()};
 }
 
 void Density::check(const Observation& observation, std::span<const double> x, std::size_t results,

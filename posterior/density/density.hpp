@@ -5,7 +5,7 @@
 // The dead band acts on the platform's velocity plus noise, never on the body: a memoryless kink, then a linear system.
 // The sway's transform is the transform of the velocity that passes the dead band, times the transfer function of the
 // simulator's own 1 ms steps. Bins of some 100 ms hold the passed velocity as two straight halves and the first moment
-// of their difference. The contour s = c + i w, c > 0, damps the transform, so that nothing wraps around. Sway is
+// of their difference; what they lose of the platform's own velocity is added from its steps. The contour s = c + i w, c > 0, damps the transform, so that nothing wraps around. Sway is
 // averaged to blocks of some 100 ms. The difference between sin(a) and a is a torque computed from the recorded sway.
 //
 // Start: a standing body is never exactly at 0. The model begins at rest `standing_s` earlier, with vestibular noise
@@ -232,6 +232,7 @@ class Density {
   /// Adds the information about the measurement noise levels; call it after forward().
   void add_noise_information(const Chains& chains, const Workspace& work, std::span<double> matrices) const;
   double noise_of_highest(std::span<const double> sway) const;
+  void set_unbinned();
   Observation prepared(std::span<const float> sway_rad, std::span<const SampleRange> gaps) const;
 
   sim::Protocol protocol_;
@@ -248,7 +249,7 @@ class Density {
   sim::RealFft fft_;
   NoiseSpectrum spectrum_;
   AlignedVector<double> rate_low_, rate_high_, weight_, undamp_;
-  AlignedVector<double> s_, sum_, rate_, body_, hold_, observe_, platform_;
+  AlignedVector<double> s_, sum_, rate_, body_, hold_, observe_, platform_, unbinned_;
   AlignedVector<double> derivative_, slow_response_, torque_response_;  // empty with unit gains
 };
 

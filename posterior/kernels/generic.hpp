@@ -189,7 +189,8 @@ void loop(const LoopConstants& constants, const LoopParameters& parameters, cons
     for (std::ptrdiff_t k = 0; k < constants.count; ++k) {
       const C sum = C::same(constants.sum + 2 * k), rate = C::same(constants.rate + 2 * k);
       const C platform = C::same(constants.platform + 2 * k);
-      const C passed = C::load(state.passed, k, v) * C::same(constants.hold + 2 * k);
+      const C passed =
+          C::load(state.passed, k, v) * C::same(constants.hold + 2 * k) + C::same(constants.unbinned + 2 * k);
       const C e = p.e(rate);
       C d = C::same(constants.body + 2 * k);
       d.re = d.re + p.kp_pass;

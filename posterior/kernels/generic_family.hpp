@@ -63,7 +63,8 @@ void family_loop(const LoopConstants& constants, const LoopParameters& parameter
     const C delay_turn = C::load(parameters.delay_turn, 0, v), start_turn = C::load(parameters.start_turn, 0, v);
     for (std::ptrdiff_t k = 0; k < constants.count; ++k) {
       p.turn_to(constants, k, delayed);
-      const C passed = C::load(state.passed, k, v) * C::same(constants.hold + 2 * k);
+      const C passed =
+          C::load(state.passed, k, v) * C::same(constants.hold + 2 * k) + C::same(constants.unbinned + 2 * k);
       C d = C::same(constants.body + 2 * k);
       d.re = d.re + p.kp_pass;
       d = C::sum(d, p.rate, p.kd_pass) + p.active * p.returned;

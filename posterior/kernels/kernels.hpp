@@ -59,6 +59,7 @@ struct LoopConstants {
   const double* hold;      ///< from a bin's value to its steps
   const double* observe;   ///< from sway to the mean of a block of samples
   const double* platform;  ///< transform of the platform's velocity
+  const double* unbinned;  ///< the platform's velocity minus what the bins have of it
   const double* torque;    ///< transform of the torque of gravity minus m g h times the angle
   double back;             ///< LoopGradient::by_observed is conjugated and multiplied by this
   // For members of the family without unit gains:
@@ -78,7 +79,7 @@ struct LoopParameters {
 };
 /// The state that the forward pass leaves for the backward pass; complex, count values per chain each.
 struct LoopState {
-  double* passed;    ///< in: transform of the bins; out: times hold
+  double* passed;    ///< in: transform of the bins; out: times hold, plus unbinned
   double* delayed;   ///< exp(-s delay)
   double* inverse;   ///< 1 / D
   double* sway;      ///< transform of the sway
