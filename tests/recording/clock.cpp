@@ -216,7 +216,9 @@ TEST_CASE("samples far apart make interpolated times a caution, and close ones n
 TEST_CASE("times rounded so that samples share them are an even grid from any start") {
   for (const auto& [rate, decimals] : {std::pair{1000, 2}, {1000, 1}, {250, 2}, {256, 1}, {100, 0}, {60, 0}})
     for (const double begin_s : {0.0, 12.34567}) {
-      INFO(rate << " Hz, " << decimals << " decimals, from " << begin_s << " s");
+      const std::string times_of = std::to_string(rate) + " Hz, decimals: " + std::to_string(decimals);
+      CAPTURE(times_of);
+      CAPTURE(begin_s);
       std::vector<double> times;
       for (int k = 0; k < 121 * rate; ++k) times.push_back(begin_s + k / static_cast<double>(rate));
       const Recording recording = read(sine_at(times, ("%." + std::to_string(decimals) + "f,%.9f\n").c_str()));

@@ -110,8 +110,9 @@ TEST_CASE("a command in volts or counts gives the start only") {
                                      {"command", scaled(0.2, 0.0)},
                                      {"dac", scaled(100.0, 2048.0)},
                                      {"ao0", scaled(0.01, 0.0)}}) {
-    CAPTURE(std::string(name));
-    const Brought made = brought({{name, values}});
+    const std::string column = name;
+    CAPTURE(column);
+    const Brought made = brought({{column, values}});
     REQUIRE(made.trial.tilt);
     CHECK(within(made.trial.tilt->delay_s, 0.5, 0.005));
     CHECK_FALSE(made.trial.tilt->is_other_size);

@@ -64,7 +64,8 @@ Figures figures_of(const Model& model, int count) {
 // a standard error of 0.006 and 0.009. Each limit is at least four standard errors.
 TEST_CASE("models of dec2015 and ic come with decid, and err and cover as documented") {
   for (const auto& [controller, mse, limit] : {std::tuple{"dec2015", 0.437, 0.06}, std::tuple{"ic", 0.133, 0.045}}) {
-    CAPTURE(controller);
+    const std::string name = controller;
+    CAPTURE(name);
     const Model model = load_model(DECID_SOURCE_DIR "/models/" + std::string(controller) + ".safetensors");
     CHECK(std::string(model.protocol.experiment.body_model->name) == controller);
     const Figures found = figures_of(model, 300);

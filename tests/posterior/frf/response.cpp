@@ -136,7 +136,8 @@ TEST_CASE("the response is the simulator's for every model") {
       {&sim::independent_channels(), {1200.0, 350.0, 0.6, 0.02, 0.0, 0.16}},
       {&third_model(), {0.1, 1000.0, 280.0, 0.9, 0.1, 0.015, 0.002, 0.0}}};
   for (const auto& [model, parameters] : models) {
-    CAPTURE(model->name);
+    const std::string name(model->name);
+    CAPTURE(name);
     sim::Protocol protocol = with_model(sim::default_protocol(), *model);
     protocol.sequence().cycles = 6;
     check_against_simulator(protocol, parameters, 0.004, 1, 4);

@@ -196,7 +196,8 @@ TEST_CASE("values of a slow sensor that are held have no jumps by this; their ra
   };
   for (const auto& [every, rate] : {std::pair{4U, "25 Hz"}, {5U, "20 Hz"}, {8U, "12.5 Hz"}, {10U, "10 Hz"}})
     for (const std::size_t first : {0U, 3U}) {
-      CAPTURE(every);
+      const std::size_t period = every;
+      CAPTURE(period);
       CAPTURE(first);
       check_only(found(held(every, first, 0.002)), "held_samples", Severity::info, rate);
       check_only(found(held(every, first, 0.02)), "held_samples", Severity::info, rate);

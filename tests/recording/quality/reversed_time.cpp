@@ -42,7 +42,7 @@ int refused(int trials, const Change& change) {
 auto shifted(std::ptrdiff_t samples) {
   return [samples](std::vector<double>& sway) {
     const std::ptrdiff_t n = std::ssize(sway);
-    std::ranges::rotate(sway, sway.begin() + (samples + n) % n);
+    std::rotate(sway.begin(), sway.begin() + (samples + n) % n, sway.end());
   };
 }
 

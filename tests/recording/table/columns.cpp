@@ -75,8 +75,9 @@ TEST_CASE("columns: units that are neither of an angle nor of a length in mm, cm
                                        {"sway_uV", "a voltage"},
                                        {"sway_\u00B5V", "a voltage"},
                                        {"sway_volt", "a voltage"}}) {
-    CAPTURE(std::string(name));
-    CHECK(quantity(name) == expected);
+    const std::string column = name;
+    CAPTURE(column);
+    CHECK(quantity(column) == expected);
   }
   // An axis, a side, a number, a device; letters that are a unit in brackets only.
   for (const char* name : {"sway (x)", "sway (left)", "sway (ML)", "sway (AP)", "sway (2)", "sway (Vicon)",
@@ -93,9 +94,10 @@ TEST_CASE("columns: units of length and angle in the plural") {
                                      {"COM_x [centimetres]", 1e-2},
                                      {"COM_x meters", 1.0},
                                      {"COM_x metres", 1.0}}) {
-    CAPTURE(std::string(name));
-    CHECK(find_metres_per_unit(name) == metres);
-    CHECK(quantity(name) == "a length");
+    const std::string column = name;
+    CAPTURE(column);
+    CHECK(find_metres_per_unit(column) == metres);
+    CHECK(quantity(column) == "a length");
   }
   CHECK(unit_in("sway (degrees)") == Unit::degree);
   CHECK(unit_in("sway_radians") == Unit::radian);
