@@ -75,8 +75,8 @@ TEST_CASE("columns: units that are neither of an angle nor of a length in mm, cm
                                        {"sway_uV", "a voltage"},
                                        {"sway_\u00B5V", "a voltage"},
                                        {"sway_volt", "a voltage"}}) {
-    const std::string column = name;
-    CAPTURE(column);
+    const char* const column = name;
+    CAPTURE(std::string(column));
     CHECK(quantity(column) == expected);
   }
   // An axis, a side, a number, a device; letters that are a unit in brackets only.
@@ -94,8 +94,8 @@ TEST_CASE("columns: units of length and angle in the plural") {
                                      {"COM_x [centimetres]", 1e-2},
                                      {"COM_x meters", 1.0},
                                      {"COM_x metres", 1.0}}) {
-    const std::string column = name;
-    CAPTURE(column);
+    const char* const column = name;
+    CAPTURE(std::string(column));
     CHECK(find_metres_per_unit(column) == metres);
     CHECK(quantity(column) == "a length");
   }
