@@ -26,23 +26,30 @@ constexpr double whole_damping = 10.0;  // c times the transforms' length: wrapp
 constexpr int spare_blocks = 40;        // of the transforms, in addition to the trial: more than the latest start
 constexpr int fewest_blocks = 20;
 
-/// Returns the samples per block, for blocks of about 100 ms.
-int samples_per_block(const sim::Experiment& experiment) {
-  return std::max(1, static_cast<int>(std::floor(block_ms / experiment.steps_per_sample() + 0.5)));
-}
-
 /// Returns the begin of a bin, -bin_steps < step <= 0, such that the platform's velocity changes between the halves of
-/// bins; 0 if it changes elsewhere too.
-int first_step_of(const sim::Stimulus& stimulus, int bin_steps) {
+/// bins; nothing if it changes elsewhere too.
+std::optional<int> find_first_step(const sim::Stimulus& stimulus, int bin_steps) {
   const int part = bin_steps % 2 == 0 ? bin_steps / 2 : bin_steps;
   int place = -1;
   for (std::size_t i = 1; i < stimulus.rate_rad_s.size(); ++i) {
     if (stimulus.rate_rad_s[i] == stimulus.rate_rad_s[i - 1]) continue;
     const int here = static_cast<int>(i) * stimulus.interval_steps % part;
-    if (place >= 0 && here != place) return 0;
+    if (place >= 0 && here != place) return {};
     place = here;
   }
   return place <= 0 ? 0 : place - part;
+}
+
+/// Returns the samples per block, for blocks of about 100 ms: by up to a fifth more or less if the platform's velocity
+/// then changes between the halves of bins.
+int samples_per_block(const sim::Experiment& experiment) {
+  const int steps = experiment.steps_per_sample(),
+            usual = std::max(1, static_cast<int>(std::floor(block_ms / steps + 0.5)));
+  const sim::Stimulus stimulus = sim::make_stimulus(experiment);
+  for (int other = 0; other <= usual / 5; ++other)
+    for (const int samples : {usual - other, usual + other})
+      if (find_first_step(stimulus, samples * steps)) return samples;
+  return usual;
 }
 
 /// Returns z = exp(s T) at frequency k, T one step.
@@ -136,7 +143,7 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
   const sim::Stimulus stimulus = sim::make_stimulus(experiment);
   // Steps count from the begin of the standing.
   const int steps = lead_steps_ + experiment.steps();
-  first_step_ = first_step_of(stimulus, bin_steps_);
+  first_step_ = find_first_step(stimulus, bin_steps_).value_or(0);
   bins_ = (steps - first_step_ + bin_steps_ - 1) / bin_steps_ + 5;
   edges_ = (experiment.steps() - first_step_) / bin_steps_ + 1;
   const int last_step = experiment.steps() - 1,

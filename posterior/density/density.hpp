@@ -5,8 +5,10 @@
 // The dead band acts on the platform's velocity plus noise, never on the body: a memoryless kink, then a linear system.
 // The sway's transform is the transform of the velocity that passes the dead band, times the transfer function of the
 // simulator's own 1 ms steps. Bins of some 100 ms hold the passed velocity as two straight halves and the first moment
-// of their difference; what they lose of the platform's own velocity is added from its steps. The contour s = c + i w, c > 0, damps the transform, so that nothing wraps around. Sway is
-// averaged to blocks of some 100 ms. The difference between sin(a) and a is a torque computed from the recorded sway.
+// of their difference; what they lose of the platform's own velocity is added from its steps. The contour s = c + i w,
+// c > 0, damps the transform, so that nothing wraps around. Sway is averaged to blocks of some 100 ms, between whose
+// halves the platform's velocity changes where a length allows it. The difference between sin(a) and a is a torque
+// computed from the recorded sway.
 //
 // Start: a standing body is never exactly at 0. The model begins at rest `standing_s` earlier, with vestibular noise
 // from then on, so the state at the first sample has the distribution of standing.
