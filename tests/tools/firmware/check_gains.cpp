@@ -262,7 +262,8 @@ TEST_CASE("a controller's self-test covers the check of gains") {
                                                         {"-0.33333333333330150769", "-0.3333"},
                                                         {"2.0 * kd * kd", "2.001 * kd * kd"},
                                                         {"(4.0 * kp * kp)", "(4.001 * kp * kp)"}}) {
-    INFO(wrong);
+    const std::string& mistake = wrong;
+    CAPTURE(mistake);
     REQUIRE(contains(source, right));
     std::string changed = source;
     changed.replace(changed.find(right), right.size(), wrong);

@@ -150,7 +150,8 @@ int main(void) {
   test::write_text(folder / "main.c", main);
   for (const auto& [c, define] : {std::array<std::string, 2>{"dec", " -DTILT_GAIN=1.0 -DSLOW=0"},
                                   {"gains", " -DTILT_GAIN=controller_identified.tilt_gain -DSLOW=1"}}) {
-    CAPTURE(c);
+    const std::string& exported = c;
+    CAPTURE(exported);
     REQUIRE(shell(c99 + define + " -I " + folder / c + " " + folder / "main.c" + " " + folder / c +
                   "/controller.c -lm -o " + folder / "main") == 0);
     CHECK(shell(folder / "main") == 0);

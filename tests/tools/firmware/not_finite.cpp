@@ -189,7 +189,8 @@ TEST_CASE("self-tests of exported C fail where the processor flushes subnormal n
   run_ok("export c " + folder / "n.safetensors" + " --name alone --quiet -o " + folder / "c");
   for (const auto& [name, memory, error] :
        {std::array{"controller", "state", "CONTROLLER"}, {"model", "arena", "MODEL"}, {"alone", "arena", "ALONE"}}) {
-    CAPTURE(name);
+    const std::string exported = name;
+    CAPTURE(exported);
     const std::string self_test = format("%s_self_test(&memory) != %s_", name, error);
     // Flushed where they arise, where they are read, and both.
     const std::string main = format("#include <xmmintrin.h>\nstatic %s_%s memory;\nint main(void) {\n", name, memory) +
@@ -315,9 +316,10 @@ TEST_CASE("a NaN that arises within an exported network passes its pools, in any
   };
   for (const auto& [pool, rows, stride] :
        {Case{"maxpool 2x1", 2, 2}, {"maxpool 3x1 stride 2x1", 3, 2}, {"avgpool 2x1", 2, 2}}) {
-    CAPTURE(pool);
+    const std::string layer = pool;
+    CAPTURE(layer);
     const Folder folder;
-    const Model model = overflowing_model(pool);
+    const Model model = overflowing_model(layer);
     const int pixels = model.images().shape().size();
     REQUIRE(pixels >= 4);
     test::write_text(folder / "m.safetensors", to_bytes(model));
