@@ -13,6 +13,7 @@ namespace decid::recording {
 namespace {
 
 constexpr double coarse_hz = 10.0;
+constexpr double same_match = 0.98;  ///< of the explained variance: measurement noise changes it by less
 
 /// The protocol's tilt at the samples of a recording, between its own samples by straight lines.
 struct Prescribed {
@@ -95,8 +96,12 @@ std::optional<double> coarse_start(const std::vector<double>& measured, const st
     for (auto k = static_cast<std::size_t>(first); k < std::min(static_cast<std::size_t>(end), measured.size()); ++k)
       is_measured[k] = false;
   }
-  double largest = 0.0;
-  std::optional<double> start_s;
+  // As TiltMatcher, prefers the protocol's own sign.
+  struct Found {
+    double explained = 0.0;
+    std::optional<double> start_s = {};
+  };
+  Found any, positive;
   std::vector<double> played, prescribed;
   // 0, the start of most recordings, is one of the starts.
   for (long start = -(overhang / step) * step; start <= samples - count + overhang; start += step) {
@@ -111,11 +116,11 @@ std::optional<double> coarse_start(const std::vector<double>& measured, const st
     if (static_cast<double>(std::ssize(played) * step) < min_fraction * static_cast<double>(count)) continue;
     const double found = correlation(played, prescribed);
     const double explained = found * found * static_cast<double>(played.size());
-    if (explained <= largest) continue;
-    largest = explained;
-    start_s = static_cast<double>(start) / rate_hz;
+    for (Found* best : {&any, &positive})
+      if (explained > best->explained && (best == &any || found > 0.0))
+        *best = {explained, static_cast<double>(start) / rate_hz};
   }
-  return start_s;
+  return positive.explained >= same_match * any.explained ? positive.start_s : any.start_s;
 }
 
 }  // namespace
