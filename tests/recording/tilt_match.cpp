@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/math/random.hpp"
+#include "recording/detail/tilt/tilt_gaps.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 
@@ -156,6 +157,19 @@ TEST_CASE("tilt match: a stimulus whose second half is its first half inverted i
     const Match match = match_tilt(measured, expected, 0);
     CHECK(match.correlation > 0.99);
     CHECK(std::abs(match.delay_samples - 350) < 0.5);
+    // A gap leaves less to compare at this start than at the inverted one, at 150.
+    Recording recording;
+    recording.signals.add({platform_tilt, "tilt", measured});
+    recording.tilt_gaps = {{700, 720}};
+    CHECK(std::abs(start_beside_gaps(recording, measured, expected, 100.0, 100.0) - 3.5) < 0.005);
+    // An inverted tilt between rests is found as such: half a stimulus later only a part of it is left to compare.
+    std::vector<double> inverted = joined(std::vector<double>(100, 0.0), expected);
+    inverted.resize(600, 0.0);
+    for (double& value : inverted) value = -value;
+    CHECK(std::abs(match_tilt(inverted, expected, 100).delay_samples - 100) < 0.5);
+    recording.signals.at(platform_tilt).rad = inverted;
+    recording.tilt_gaps = {{200, 210}};
+    CHECK(std::abs(start_beside_gaps(recording, inverted, expected, 100.0, 100.0) - 1.0) < 0.005);
   }
 }
 
