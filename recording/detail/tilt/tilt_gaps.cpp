@@ -13,7 +13,7 @@ namespace decid::recording {
 namespace {
 
 constexpr double coarse_hz = 10.0;
-/// Of squared correlations, and of these times the samples: measurement noise and gaps change them by less.
+/// Measurement noise and gaps change squared correlations, and these times the samples, by less.
 constexpr double same_squared = 0.98, same_explained = 0.9;
 
 /// The protocol's tilt at the samples of a recording, between its own samples by straight lines.
