@@ -26,6 +26,7 @@ using posterior::Posterior;
 
 constexpr double odd_rhat = 1.2;                           // of a recording that is unlike the network's training too
 constexpr double start_edge_probability = 0.05;            // of the start's prior, at either end
+constexpr double other_start_tolerance_s = 0.7;            // to which the response shows a start
 constexpr double delay_step_s = 0.005, max_start_s = 1.0;  // of the start's prior behind a low-pass
 
 /// Returns the protocol with the density's standing: in trials that explain and check a recording the body stands as
@@ -330,9 +331,10 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   const NetworkUse network = from_network           ? NetworkUse::answers
                              : plan_->has_network() ? NetworkUse::beside
                                                     : NetworkUse::none;
-  // A start well within its prior explains such a recording.
+  // A start well within its prior, and about where the sway's response shows it, explains such a recording.
   const bool start_explains =
-      trial.other_start && !from_network && density.infers(Density::start) &&
+      trial.other_start_s && !from_network && density.infers(Density::start) &&
+      std::abs(*trial.other_start_s - found.mean(Density::start)) <= other_start_tolerance_s &&
       std::ranges::count(at_edge(density, found, start_edge_probability), int{Density::start}) == 0;
   if (start_explains)
     std::erase_if(result.warnings, [](const Warning& warning) { return warning.code == "other_start"; });

@@ -13,6 +13,7 @@
 #include "base/setting.hpp"
 #include "recording/detail/clock.hpp"
 #include "recording/detail/recording_name.hpp"
+#include "recording/detail/separate_rows.hpp"
 #include "recording/detail/sway/read_sway.hpp"
 #include "recording/detail/sway/sway_axis.hpp"
 #include "recording/detail/sway/sway_source.hpp"
@@ -311,9 +312,9 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
 }
 
 /// Reads a recording from a table that holds no other one. `axis`: the sway's column, if it is another axis of a centre
-/// of mass; else -1.
+/// of mass; else -1. `known`: the table's separate rows, of the first reading.
 Recording read_from(const std::shared_ptr<Table>& read, const std::string& file, const RecordingOptions& options,
-                    int axis = -1) {
+                    int axis = -1, std::shared_ptr<const SeparateRows> known = nullptr) {
   Recording recording;
   recording.file = file;
   const Table& table = *read;
@@ -345,6 +346,15 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
                 "name the sway with " + setting("column") + ", or give " + setting("rate") +
                     " and save the file without that time");
   }
+  const auto numbers_of = [&](int column) { return read_numbers(table, column, options.missing_value); };
+  const auto separate =
+      known ? known
+            : std::make_shared<const SeparateRows>(*read, source.columns, options.rate_hz ? -1 : time, numbers_of);
+  if (!known && separate->rows() > 0)
+    add_info(
+        recording.warnings, "separate_rows",
+        std::to_string(separate->rows()) + " rows have no " + name +
+            " and values of other signals, as logs of several sensors do: decid reads each signal at its own times");
   const Clock clock = find_clock(*read, sway, time, options, recording);
   recording.rate_hz = clock.rate_hz;
   if (options.trial_column.empty() && !options.is_one_trial)
@@ -358,8 +368,11 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   const bool of_positions = source.kind == SwaySource::Kind::displacement || source.kind == SwaySource::Kind::markers;
   check_size(signal, guessed, options.mean_is_upright, of_positions, recording);
   // Other columns are read after this function returns.
-  const auto with_missing = [read, clock, missing_value = options.missing_value](int column, std::size_t step) {
-    if (step > 1 && !clock.place.empty()) return std::vector<double>();
+  const auto with_missing = [read, clock, separate, missing_value = options.missing_value,
+                             unit_s = time < 0 ? 1.0 : time_unit_s(table.name(time)),
+                             samples = signal.rad.size()](int column, std::size_t step) {
+    if (step > 1 && (!clock.place.empty() || separate->rows() > 0)) return std::vector<double>();
+    if (separate->has(column)) return separate->at(column, clock, unit_s, samples);
     return place_evenly(read_numbers(*read, column, missing_value, step), clock);
   };
   check_hip(table, time, source, signal.rad, options, with_missing, recording);
@@ -380,7 +393,7 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
       RecordingOptions of_axis = options;
       of_axis.column = table.name(column);
       try {
-        recording.other_axes.push_back(read_from(read, file, of_axis, column));
+        recording.other_axes.push_back(read_from(read, file, of_axis, column, separate));
       } catch (const Error& error) {
         if (may_be_axis(table, column))
           recording.axis_problem += "; '" + table.name(column) + "' cannot be read: " + error.problem();

@@ -237,7 +237,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
     if (signal.name == com_sway) {
       Changes changes = look_for_changes(plan.response(), values, trial.gaps, recording.warnings);
-      trial.other_start = changes.other_start;
+      trial.other_start_s = changes.other_start_s;
       append(recording.warnings, std::move(changes.warnings));
       append(recording.warnings, look_for_reversed_time(values, plan));
       append(recording.warnings, look_for_repeated_cycle(values, plan, from_hz));

@@ -130,9 +130,11 @@ Warnings noise_warnings(const posterior::Observation& observation, const Posteri
   if (white_deg > unexplained_white * std::max(observation.noise_deg, 1e-3) || slow_deg > unexplained_slow * sway_deg)
     add_caution(
         warnings, "unexplained_sway",
-        format("the model leaves %.3g degrees of white and %.3g of slow noise unexplained; the sway is %.3g, its "
-               "noise above 2 Hz %.3g: the intervals assume that the rest is noise",
-               white_deg, slow_deg, sway_deg, observation.noise_deg));
+        format(
+            "the model leaves %.3g degrees of white and %.3g of slow noise unexplained; the sway is %.3g, its "
+            "noise above 2 Hz %.3g: the intervals assume that the rest is noise; check that the platform played this "
+            "protocol, and its start",
+            white_deg, slow_deg, sway_deg, observation.noise_deg));
   return warnings;
 }
 

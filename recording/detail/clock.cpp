@@ -139,17 +139,21 @@ void warn_of_uneven_times(Clock& clock, double largest, double longest_step_s, c
                   setting_name + " if the samples are evenly spaced";
 }
 
-/// Returns the clock of times that follow no grid, as headsets and webcams time their frames. Returns nothing for other
-/// times: a few uneven steps are a fault.
-std::optional<Clock> clock_without_grid(const std::vector<double>& time, const std::vector<double>& steps, double usual,
-                                        double unit_s) {
+/// Returns true if the steps follow no grid, as those of headsets and webcams: a few uneven steps are a fault.
+bool follow_no_grid(const std::vector<double>& steps, double usual) {
   constexpr std::size_t fewest_steps = 100, uneven_divisor = 10;  // one in ten
-  constexpr double gap_steps = 2.5;
   const auto is_uneven = [&](double step) {
     return std::abs(step - std::max(1.0, std::round(step / usual)) * usual) > even * usual;
   };
-  if (steps.size() < fewest_steps || std::ranges::any_of(steps, [](double step) { return !(step > 0.0); })) return {};
-  if (uneven_divisor * static_cast<std::size_t>(std::ranges::count_if(steps, is_uneven)) < steps.size()) return {};
+  return steps.size() >= fewest_steps &&
+         uneven_divisor * static_cast<std::size_t>(std::ranges::count_if(steps, is_uneven)) >= steps.size();
+}
+
+/// Returns the clock of times that follow no grid and never go backwards. Returns nothing for other times.
+std::optional<Clock> clock_without_grid(const std::vector<double>& time, const std::vector<double>& steps, double usual,
+                                        double unit_s) {
+  constexpr double gap_steps = 2.5;
+  if (std::ranges::any_of(steps, [](double step) { return !(step > 0.0); }) || !follow_no_grid(steps, usual)) return {};
   double sum = 0.0, count = 0.0;
   for (const double step : steps) {
     if (step > gap_steps * usual) continue;
@@ -226,7 +230,11 @@ Clock clock_of(const std::vector<double>& time, double unit_s, const Table& tabl
       places += multiple;
       continue;
     }
-    throw Error(Code::times_uneven, where, describe_step(i),
+    // Among times without a grid only steps that do not go on are faults.
+    const auto backwards = std::ranges::find_if(steps, [](double step) { return !(step > 0.0); });
+    const bool is_free = backwards != steps.end() && follow_no_grid(steps, usual);
+    throw Error(Code::times_uneven, where,
+                describe_step(is_free ? static_cast<std::size_t>(backwards - steps.begin()) : i),
                 "correct the times, or give " + setting_name + " if the samples are evenly spaced");
   }
   clock.first_uneven = first_uneven();

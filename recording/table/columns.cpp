@@ -245,6 +245,12 @@ int find_time(const Table& table) {
     const auto may_be_time = [](const std::string& name) {
       return begins_with_t(name) && !one_of(words(name).back(), {"c", "degc", "\u00B0c", "f", "k"});  // a temperature
     };
+    // "header.stamp" and "header.stamp.sec" of ROS; the nanoseconds start again each second.
+    const auto is_stamp = [](const std::string& name) {
+      const std::vector<std::string> parts = words(name);
+      return std::ranges::count(parts, "stamp") > 0 && !one_of(parts.back(), {"nsec", "nsecs", "nanosec", "nanosecs"});
+    };
+    if (found == names.end()) found = std::find_if(names.begin(), names.end(), is_stamp);
     if (found == names.end()) found = std::find_if(names.begin(), names.end(), may_be_time);
     return found == names.end() ? -1 : static_cast<int>(found - names.begin());
   }

@@ -272,14 +272,16 @@ std::vector<float> first_order(std::vector<float> sway, double cutoff_hz, double
 }  // namespace
 
 TEST_CASE("a low-pass is undone before a fit; one that may delay leaves the start open; one that is unclear warns") {
-  // A fit that infers the start drops `other_start`; one whose tilt gives the start keeps it.
+  // A fit that infers the start drops `other_start`; one whose tilt gives the start, or that infers another one, keeps
+  // it.
   const double rate_hz = sines_protocol().experiment.sample_rate_hz;
-  std::vector<RecordingResult> read(6);
+  std::vector<RecordingResult> read(7);
   for (RecordingResult& one : read) {
     one.file = "trial.csv";
     one.trial = recording::make_trial(recorded(sines_protocol(), some_parameters(), 0.02, 0));
   }
-  // As recorded; filtered and unknown; filtered and known; unclear; with a measured tilt, and a filter that may delay.
+  // As recorded; filtered and unknown; filtered and known; unclear; with a measured tilt, and a filter that may delay;
+  // with a response that starts far away.
   for (const std::size_t i : {1U, 2U}) read[i].trial.sway_rad() = first_order(read[i].trial.sway_rad(), 3.0, rate_hz);
   const recording::LowPass filter{1, true, 3.0, rate_hz, 0.6, 0.6};
   read[2].trial.low_pass = filter;
@@ -287,9 +289,9 @@ TEST_CASE("a low-pass is undone before a fit; one that may delay leaves the star
   read[3].trial.low_pass->gain_high = 0.9;
   add_caution(read[2].warnings, "smooth", "of the sway as recorded");
   for (const std::size_t i : {4U, 5U}) read[i].trial.tilt.emplace();
-  for (const std::size_t i : {0U, 4U}) {
+  for (const std::size_t i : {0U, 4U, 6U}) {
     add_caution(read[i].warnings, "other_start", "starts later");
-    read[i].trial.other_start = true;
+    read[i].trial.other_start_s = i == 6U ? 2.4 : 0.2;
   }
   read[5].trial.low_pass = {2, false, 4.0, rate_hz, 0.95, 0.95};
   Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
@@ -310,4 +312,5 @@ TEST_CASE("a low-pass is undone before a fit; one that may delay leaves the star
   CHECK(read[5].fit->posterior.stddev(posterior::Density::start) > 0.0);
   CHECK(count(0, "other_start") == 0);
   CHECK(count(4, "other_start") == 1);
+  CHECK(count(6, "other_start") == 1);
 }

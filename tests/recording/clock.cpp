@@ -1,11 +1,14 @@
 // Uneven times, lost samples and gaps: what is corrected, what is reported, and what is refused.
 #include "recording/detail/clock.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
 
 #include "base/math/random.hpp"
 #include "base/setting.hpp"
+#include "base/text.hpp"
 #include "sim/streams.hpp"
 #include "tests/recording/table/reading.hpp"
 
@@ -139,6 +142,44 @@ TEST_CASE("missing cells are gaps, in the middle and at the ends") {
   check_error([] { read("time,sway\n0,\n0.01,\n", {.fill_gaps_s = 1.0}); }, Code::value_missing);
 }
 
+TEST_CASE("signals in rows of their own, as logs of several topics have them, are read at their own times") {
+  // Sway at 100 Hz, a tilt at 40 Hz from 3 ms on, and a third signal that shares the tilt's rows now and then.
+  const auto sway_at = [](double t) { return std::sin(2.0 * sim::pi * t); };
+  const auto tilt_at = [](double t) { return 0.5 * std::sin(2.0 * sim::pi * 0.3 * t); };
+  const auto log_of = [&](bool has_holes) {
+    std::map<double, std::array<std::string, 3>> rows;
+    const auto shown = [](double value) { return format("%.9f", value); };
+    for (int k = 0; k < 1000; ++k)
+      if (!has_holes || k % 100 < 90) rows[0.01 * k][0] = shown(sway_at(0.01 * k));
+    for (int k = 0; k < 400; ++k) rows[0.003 + 0.025 * k][1] = shown(tilt_at(0.003 + 0.025 * k));
+    for (int k = 0; k < 100; ++k) rows[0.003 + 0.1 * k][2] = "1";
+    std::string text = "time,sway_deg,platform_deg,state\n";
+    for (const auto& [time, cells] : rows)
+      text += format("%.9f,", time) + cells[0] + "," + cells[1] + "," + cells[2] + "\n";
+    return text;
+  };
+  const Recording recording = read(log_of(false));
+  CHECK(has(recording.warnings, "separate_rows"));
+  CHECK_FALSE(has(recording.warnings, "gaps_filled"));
+  CHECK_FALSE(has(recording.warnings, "uneven_times"));
+  CHECK(recording.rate_hz == 100.0);
+  CHECK(stddev(recording) < 1e-8);
+  const std::vector<double>& tilt = recording.signals.at(platform_tilt).rad;
+  REQUIRE(tilt.size() == 1000);
+  double largest = 0.0;
+  for (std::size_t k = 1; k < 990; ++k)
+    largest = std::max(largest, std::abs(tilt[k] / sim::rad_per_deg - tilt_at(0.01 * static_cast<double>(k))));
+  CHECK(largest < 0.5 * std::pow(2.0 * sim::pi * 0.3 * 0.025, 2.0) / 8.0 + 1e-8);  // of a straight line
+  // Samples that the log lost are gaps as in any other table.
+  check_error([&] { read(log_of(true)); }, Code::value_missing);
+  CHECK(read(log_of(true), {.fill_gaps_s = 0.2}).gaps.size() == 9);
+  // A signal in the sway's rows does not explain rows without sway.
+  std::string text = "time,sway_deg,load\n";
+  for (int k = 0; k < 300; ++k)
+    text += format("%.2f,%s,7\n", 0.01 * k, k % 2 == 0 ? format("%.6f", sway_at(0.01 * k)).c_str() : "");
+  check_error([&] { read(text); }, Code::value_missing);
+}
+
 TEST_CASE("no clock's times are refused") {
   // Farther away than any recording is long: found by fuzzing.
   for (const char* far : {"1e9", "1e30", "1e300"})
@@ -152,6 +193,11 @@ TEST_CASE("no clock's times are refused") {
   times.clear();
   for (int k = 0; k < 500; ++k) times.push_back(0.01 * k + (k < 100 ? 0.0 : 0.004));
   check_error([&] { read(sine_at(times)); }, Code::times_uneven, "line 102");
+  // Among uneven times the one that goes backwards is the fault, not the first step of another length.
+  times.clear();
+  for (int k = 0; k < 500; ++k) times.push_back(0.01 * k + (k % 3 == 1 ? 0.003 : 0.0));
+  times[400] = times[399] - 0.001;
+  check_error([&] { read(sine_at(times)); }, Code::times_uneven, "line 402");
 }
 
 namespace {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/math/random.hpp"
+#include "recording/detail/tilt/tilt_gaps.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 
@@ -77,9 +78,15 @@ TEST_CASE("tilt match: of all delays the one of largest correlation, as by the s
     const std::vector<double> measured = noise(37 + item, item), expected = noise(30, 100 + item);
     int best = -overhang;
     const int last = static_cast<int>(measured.size()) - 30 + overhang;
-    const auto size = [&](int delay) { return std::abs(direct(measured, expected, delay).correlation); };
-    for (int delay = best; delay <= last; ++delay)
-      if (size(delay) > size(best)) best = delay;
+    const auto correlation = [&](int delay) { return direct(measured, expected, delay).correlation; };
+    int positive = best;
+    for (int delay = best; delay <= last; ++delay) {
+      if (std::abs(correlation(delay)) > std::abs(correlation(best))) best = delay;
+      if (correlation(delay) > correlation(positive)) positive = delay;
+    }
+    const bool has_sign = correlation(positive) >= std::abs(correlation(best)) - 0.01;
+    if (has_sign) best = positive;
+    const auto size = [&](int delay) { return has_sign ? correlation(delay) : std::abs(correlation(delay)); };
     double between = 0;
     if (best > -overhang && best < last) {
       const double before = size(best - 1), after = size(best + 1);
@@ -137,6 +144,33 @@ TEST_CASE("tilt match: a stimulus that repeats is taken the first time it is as 
   CHECK(std::abs(found(0)) < 0.5);
   CHECK(std::abs(found(1e-4)) < 0.5);       // 1e-8 or so less, as of roundings in a file
   CHECK(std::abs(found(0.1) - 200) < 0.5);  // 1e-2: another
+}
+
+TEST_CASE("tilt match: a stimulus whose second half is its first half inverted is found with its own sign") {
+  std::vector<double> expected = pulse(200, 100, 10);
+  for (std::size_t k = 0; k < 200; ++k) expected.push_back(-expected[k]);
+  for (const std::uint64_t item : {1U, 2U, 3U, 4U}) {
+    CAPTURE(item);
+    // Recorded from 50 samples after a start on, for two cycles and more.
+    std::vector<double> measured = noise(900, item);
+    for (std::size_t k = 0; k < measured.size(); ++k) measured[k] = 0.01 * measured[k] + expected[(k + 50) % 400];
+    const Match match = match_tilt(measured, expected, 0);
+    CHECK(match.correlation > 0.99);
+    CHECK(std::abs(match.delay_samples - 350) < 0.5);
+    // A gap leaves less to compare at this start than at the inverted one, at 150.
+    Recording recording;
+    recording.signals.add({platform_tilt, "tilt", measured});
+    recording.tilt_gaps = {{700, 720}};
+    CHECK(std::abs(start_beside_gaps(recording, measured, expected, 100.0, 100.0) - 3.5) < 0.005);
+    // An inverted tilt between rests is found as such: half a stimulus later only a part of it is left to compare.
+    std::vector<double> inverted = joined(std::vector<double>(100, 0.0), expected);
+    inverted.resize(600, 0.0);
+    for (double& value : inverted) value = -value;
+    CHECK(std::abs(match_tilt(inverted, expected, 100).delay_samples - 100) < 0.5);
+    recording.signals.at(platform_tilt).rad = inverted;
+    recording.tilt_gaps = {{200, 210}};
+    CHECK(std::abs(start_beside_gaps(recording, inverted, expected, 100.0, 100.0) - 1.0) < 0.005);
+  }
 }
 
 TEST_CASE("tilt match: one matcher, recordings of any length") {

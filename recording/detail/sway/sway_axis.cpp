@@ -121,8 +121,8 @@ Trial bring_axis(const ProtocolPlan& plan, const TrialOptions& options, Recordin
                     " the protocol's tilt" + problem + "; decid uses '" + chosen->name() +
                     "': name the axis in the direction of the tilt with " + setting("column"));
   } else {
-    for (const Warning& warning : recording.warnings)  // the copies are dropped only once
-      if (best != axes.begin() && warning.code == "copied_rows") notes.push_back(warning);
+    for (const Warning& warning : recording.warnings)  // rows are dropped only once
+      if (best != axes.begin() && one_of(warning.code, {"copied_rows", "separate_rows"})) notes.push_back(warning);
     add_info(notes, "axis_chosen",
              are + "; decid uses '" + best->name() + "', which follows the protocol's tilt" + problem);
     const auto ratio = [&](const Axis& other) { return other.response.rms_rad / best->response.rms_rad; };

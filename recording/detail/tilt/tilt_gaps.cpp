@@ -13,6 +13,8 @@ namespace decid::recording {
 namespace {
 
 constexpr double coarse_hz = 10.0;
+/// Measurement noise and gaps change squared correlations, and these times the samples, by less.
+constexpr double same_squared = 0.98, same_explained = 0.9;
 
 /// The protocol's tilt at the samples of a recording, between its own samples by straight lines.
 struct Prescribed {
@@ -95,8 +97,13 @@ std::optional<double> coarse_start(const std::vector<double>& measured, const st
     for (auto k = static_cast<std::size_t>(first); k < std::min(static_cast<std::size_t>(end), measured.size()); ++k)
       is_measured[k] = false;
   }
-  double largest = 0.0;
-  std::optional<double> start_s;
+  // As TiltMatcher, prefers the protocol's own sign; where the recording has the whole protocol, because gaps leave
+  // parts of the same size.
+  struct Found {
+    double explained = 0.0, squared = 0.0;
+    std::optional<double> start_s = {};
+  };
+  Found any, positive;
   std::vector<double> played, prescribed;
   // 0, the start of most recordings, is one of the starts.
   for (long start = -(overhang / step) * step; start <= samples - count + overhang; start += step) {
@@ -110,12 +117,15 @@ std::optional<double> coarse_start(const std::vector<double>& measured, const st
     }
     if (static_cast<double>(std::ssize(played) * step) < min_fraction * static_cast<double>(count)) continue;
     const double found = correlation(played, prescribed);
-    const double explained = found * found * static_cast<double>(played.size());
-    if (explained <= largest) continue;
-    largest = explained;
-    start_s = static_cast<double>(start) / rate_hz;
+    const double squared = found * found, explained = squared * static_cast<double>(played.size());
+    const bool is_whole = start >= 0 && start <= samples - count;
+    for (Found* best : {&any, &positive})
+      if (explained > best->explained && (best == &any || (found > 0.0 && is_whole)))
+        *best = {explained, squared, static_cast<double>(start) / rate_hz};
   }
-  return start_s;
+  const bool has_sign =
+      positive.explained >= same_explained * any.explained && positive.squared >= same_squared * any.squared;
+  return has_sign ? positive.start_s : any.start_s;
 }
 
 }  // namespace

@@ -9,7 +9,8 @@
 namespace decid::recording {
 
 /// Returns the start at which the protocol's tilt explains the most of the measured samples: the squared correlation
-/// times their number. A part of a stimulus alone may follow another part, reversed. decid searches at about 10 Hz, and
+/// times their number. A part of a stimulus alone may follow another part, reversed. The protocol's own sign wins over
+/// the other one that explains hardly more, as in tilt_match.hpp. decid searches at about 10 Hz, and
 /// then beside the best start at the full rate; a parabola gives the start between samples, as in tilt_match.hpp.
 /// Filled samples have no influence. `measured`: the recording's tilt at rate_hz; `expected`: the protocol's. from_hz:
 /// the recording's rate.

@@ -16,6 +16,9 @@ namespace {
 /// squared.
 constexpr double still = 1e-20;
 
+/// The measurement noise of a tilt changes its correlations by less.
+constexpr double same_match = 0.01;
+
 }  // namespace
 
 struct TiltMatcher::Spectrum {
@@ -91,15 +94,21 @@ Match TiltMatcher::match(std::span<const double> measured) const {
     const double scale = variance * energy_;
     if (variance > 1e-12 * squares.back() && scale > 0.0) correlation[d] = a[d] / std::sqrt(scale);
   }
-  double largest = 0.0;
-  for (const double value : correlation) largest = std::max(largest, std::abs(value));
+  double largest = 0.0, positive = 0.0;
+  for (const double value : correlation) {
+    largest = std::max(largest, std::abs(value));
+    positive = std::max(positive, value);
+  }
+  const bool has_sign = positive >= largest - same_match;
+  const auto size = [&](std::size_t delay) { return has_sign ? correlation[delay] : std::abs(correlation[delay]); };
+  const double limit = (has_sign ? positive : largest) - 1e-6;
   std::size_t best = 0;
-  while (best + 1 < delays && std::abs(correlation[best]) < largest - 1e-6) ++best;
-  while (best + 1 < delays && std::abs(correlation[best + 1]) > std::abs(correlation[best])) ++best;
+  while (best + 1 < delays && size(best) < limit) ++best;
+  while (best + 1 < delays && size(best + 1) > size(best)) ++best;
   double between = 0.0;
   if (best > 0 && best + 1 < delays) {
-    const double before = std::abs(correlation[best - 1]), after = std::abs(correlation[best + 1]);
-    const double curvature = before - 2.0 * std::abs(correlation[best]) + after;
+    const double before = size(best - 1), after = size(best + 1);
+    const double curvature = before - 2.0 * size(best) + after;
     if (curvature < 0.0) between = std::clamp(0.5 * (before - after) / curvature, -0.5, 0.5);
   }
   return {static_cast<double>(best) - static_cast<double>(over) + between, correlation[best], a[best] / energy_};

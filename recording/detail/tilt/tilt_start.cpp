@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
@@ -137,6 +139,18 @@ void refuse_rest(const Signal<double>& tilt, const std::vector<double>& measured
                  setting("protocol") + " of decid fit"));
 }
 
+/// Returns which unit the tilt may have if it is `gain` times as large as the protocol's; empty for other gains.
+std::string unit_of_gain(double gain) {
+  for (const auto& [factor, unit] : {std::pair{sim::rad_per_deg, "radians"},
+                                     {1e3 * sim::rad_per_deg, "milliradians"},
+                                     {1.0 / sim::rad_per_deg, "degrees"},
+                                     {1e-3 / sim::rad_per_deg, "degrees"},
+                                     {1e3, "milliradians"},
+                                     {1e-3, "radians"}})
+    if (std::abs(gain / factor - 1.0) < good_gain) return std::string(", because these may be ") + unit;
+  return {};
+}
+
 /// Throws OtherStimulus if the platform played another stimulus; adds warnings of what differs. `measured`: the tilt at
 /// the protocol's rate; at: the place of the match, for texts.
 TiltMatch judged(const Signal<double>& tilt, const std::vector<double>& measured, const Match& match,
@@ -176,8 +190,7 @@ TiltMatch judged(const Signal<double>& tilt, const std::vector<double>& measured
         "the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +
             " times as far as the protocol prescribes, so these values are biased: analyse with your own protocol (" +
             either(recording, "a fit with a protocol of your amplitude", "decid fit with " + setting("protocol")) +
-            "), or check " + either(recording, "the tilt's unit", setting("tilt_unit")) +
-            (std::abs(match.gain / sim::rad_per_deg - 1.0) < good_gain ? ", because these may be radians" : ""));
+            "), or check " + either(recording, "the tilt's unit", setting("tilt_unit")) + unit_of_gain(match.gain));
   }
   return result;
 }

@@ -28,6 +28,7 @@ constexpr int rounds = 3;
 constexpr double off_deg = 0.3, off_medians = 14.0, slip_gain = 50.0, rest_gain = 26.0;
 constexpr double chance_gain = 2.0, chance_gain_more = 5.0, inexact_part = 0.02, most_inexact_gain = 250.0;
 constexpr double dead_gain = 60.0;
+constexpr double inferable_start_s = 0.6;  ///< a fit infers up to 0.5 s; starts are found in steps of 0.2 s
 /// Passive stiffness and damping show in the second block. Without them the active torque shows after its delay.
 constexpr std::size_t passive_dead = 1, active_dead = 3, longest_passive_dead = 3, longest_active_dead = 5;
 constexpr double movement_deg = 0.3, movement_deviations = 8.0;
@@ -430,13 +431,15 @@ Changes look_for_changes(const ResponseCheck& check, std::span<const double> swa
   if (is_shifted || (!slips && found.early_s > 0.0)) {
     const double start_s = is_shifted ? found.shift_s : -found.early_s;
     const bool late = start_s > 0.0;
-    add_caution(warnings, "other_start",
-                "the sway follows the tilt as if the recording started " + three_digits(std::abs(start_s)) + " s " +
-                    (late ? "after" : "before") + " the protocol: " +
-                    (late ? "give a recording from the protocol's start on"
-                          : "give the protocol's start as " + setting("begin")) +
-                    ", or let a fit infer it (" + setting("prior_start") + ")");
-    changes.other_start = true;
+    add_caution(
+        warnings, "other_start",
+        "the sway follows the tilt as if the recording started " + three_digits(std::abs(start_s)) + " s " +
+            (late ? "after" : "before") + " the protocol: " +
+            (late ? "give a recording from the protocol's start on"
+                  : "give the protocol's start as " + setting("begin")) +
+            (std::abs(start_s) <= inferable_start_s ? ", or let a fit infer it (" + setting("prior_start") + " 0.5)"
+                                                    : ""));
+    changes.other_start_s = start_s;
     return changes;
   }
   if (slips)

@@ -4,6 +4,7 @@
 // fitted alternately by least squares (D. Cochrane and G. H. Orcutt, J. Am. Stat. Assoc. 44, 1949).
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -61,7 +62,7 @@ class ResponseCheck {
 /// Findings of look_for_changes().
 struct Changes {
   Warnings warnings;
-  bool other_start = false;  ///< the warnings contain `other_start`
+  std::optional<double> other_start_s = {};  ///< of the warning `other_start`, positive after the protocol
 };
 
 /// Returns the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians within a block),

@@ -1,7 +1,9 @@
 // Candidates for the sway column: see candidates.hpp.
 #include "recording/table/detail/candidates.hpp"
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
 #include "recording/table/columns.hpp"
 #include "recording/table/detail/quaternion.hpp"
@@ -11,6 +13,8 @@ namespace decid::recording {
 namespace {
 
 bool is_counter_name(const std::string& name) {
+  const std::vector<std::string> parts = words(name);
+  if (std::ranges::count(parts, "stamp") > 0 || parts.back() == "seq") return true;  // of ROS
   return one_of(letters_of(name),
                 {"frame",        "frames",        "frameno", "framenumber", "subframe",      "index",    "idx",
                  "item",         "row",           "nr",      "no",          "sample",        "samples",  "sampleno",

@@ -54,7 +54,7 @@ std::map<std::string, int> warned(const Change& change, std::uint64_t end, std::
     const Trial trial = bring_to_protocol(recording, plan());
     std::set<std::string> codes;
     for (const Warning& warning : recording.warnings) codes.insert(warning.code);
-    CHECK(trial.other_start == codes.contains("other_start"));
+    CHECK(trial.other_start_s.has_value() == codes.contains("other_start"));
     for (const std::string& code : codes) ++count[code];
     for (const char* code : {"jumps", "stretch_off", "time_slips", "other_start", "no_response", "unusual_movement"})
       if (codes.contains(code)) {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "recording/formats/csv.hpp"
-#include "tests/helpers.hpp"
+#include "tests/recording/table/reading.hpp"
 
 using namespace decid;
 using namespace decid::recording;
@@ -178,6 +178,17 @@ TEST_CASE("columns: Delsys' X [s] is a time, other abscissas are not") {
   CHECK(is_time_name("X [s]"));
   CHECK(is_time_name("X (s)"));
   for (const char* name : {"X", "X (mm)", "X s", "HIP X [s]", "Latency [s]"}) CHECK_FALSE(is_time_name(name));
+}
+
+TEST_CASE("columns: ROS's header.stamp is the time if no column is called so, and no sway") {
+  const auto time_of = [](const char* text) { return find_time(CsvTable(text, "t.csv")); };
+  CHECK(time_of("header.seq,header.stamp,pitch\n0,5,1\n1,6,2\n") == 1);
+  CHECK(time_of("header.stamp.sec,header.stamp.nanosec,pitch\n0,5,1\n1,6,2\n") == 0);
+  CHECK(time_of("header.stamp.nanosec,header.stamp.sec,pitch\n0,5,1\n1,6,2\n") == 1);
+  CHECK(time_of("header.stamp,time,pitch\n0,5,1\n1,6,2\n") == 1);
+  CHECK(time_of("stamped,pitch\n0,5\n1,6\n") == -1);
+  const std::string rows = "\n5,0,0.00,7,1\n5,1,0.01,8,2\n5,2,0.02,9,3\n";
+  check_one_two_three("field.header.stamp.secs,field.header.seq,%time,header.stamp.nsecs,field.pitch_deg" + rows);
 }
 
 TEST_CASE("columns: milliradians in words, and units before the name") {

@@ -34,6 +34,8 @@ TEST_CASE("decid/design: a person, a fixed parameter, a body and the text") {
   const Json person = run_json(call + "--at delay=0.1 --fix Kp_pass=200 --json");
   CHECK(person["parameters"][6]["at"] == 0.1);
   CHECK(person["protocols"][0]["parameters"][2]["sd"] == 0.0);
+  CHECK(run_decid(call + "--at Kp_pass=210 --fix Kp_pass=200").code == 2);
+  run_ok(call + "--at Kp_pass=200 --fix Kp_pass=200");
   const Json light = run_json(call + "--mass 50 --height 1.5 --json"),
              heavy = run_json(call + "--mass 100 --height 2 --json");
   CHECK(light["parameters"][0]["prior_sd"].get<double>() < 0.5 * heavy["parameters"][0]["prior_sd"].get<double>());

@@ -51,6 +51,11 @@ TEST_CASE("decid/power: recordings are simulated where their standard deviation 
   run_ok("power --difference delay=0.02 --participant-sd Kp=90 --at Kp=800 --recordings 20 --json");
 }
 
+TEST_CASE("decid/power: a difference of 0 is refused, whatever the power comes from") {
+  for (const char* options : {"", " --by fit", " --measurement-sd delay=0.01"})
+    CHECK(run_decid("power --difference delay=0" + std::string(options)).code == 2);
+}
+
 TEST_CASE("decid/power: small values are legitimate; a difference that may be over m g h gets a note") {
   const auto notes = [](const std::string& options, const std::string& sd) {
     const Result found = run_ok("power " + options + " --measurement-sd " + sd);

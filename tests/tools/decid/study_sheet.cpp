@@ -254,9 +254,7 @@ TEST_CASE("fit: a study of two bodies and two protocols, each with the bits of a
   CHECK(diagnostics["monte_carlo_error"]["Kp"].get<double>() <
         json["recordings"][0]["parameters"][0]["sd"].get<double>());
 
-  const Result again = run_decid("rerun " + folder / "o.json" + " -o " + folder / "again.json");
-  CAPTURE(again.err);
-  CHECK(again.code == study.code);
+  run_ok("rerun " + folder / "o.json" + " -o " + folder / "again.json");
   CHECK(read_text(folder / "again.json") == read_text(folder / "o.json"));
 }
 
@@ -280,4 +278,10 @@ TEST_CASE("rerun: the same bytes; a changed result is noticed") {
   write_text(folder / "changed.json", changed);
   CHECK(run_decid("rerun " + folder / "changed.json").code == 1);
   check_refused("rerun " + folder / "o.json" + " -o " + folder / "none/again.json", "again.json");
+
+  // A recording that cannot be used is part of the result.
+  write_text(folder / "short.csv", "time,sway_deg\n0,0\n0.01,1\n0.02,0\n");
+  CHECK(run_decid("identify --quiet " + folder / "t.csv" + " " + folder / "short.csv" + " -o " + folder / "two.json")
+            .code == 2);
+  run_ok("rerun " + folder / "two.json");
 }

@@ -159,10 +159,15 @@ void run_design(DesignOptions options) {
   sim::Parameters at = table.middle();
   for (std::size_t p = 0; p < table.size(); ++p)
     if (table[p].convention) at[p] = *table[p].convention;
-  read_named_values("--at", options.at, table, at, at);
+  const std::vector<bool> is_at = read_named_values("--at", options.at, table, at, at);
   if (!options.at.empty()) options.planned.at = at;
   sim::Parameters fixed(table.size());
   const std::vector<bool> is_fixed = read_named_values("--fix", options.fixed, table, at, fixed);
+  for (std::size_t p = 0; p < table.size(); ++p)
+    if (is_fixed[p] && is_at[p] && fixed[p] != at[p])
+      throw Error(Code::setting_conflict, "--at, --fix",
+                  format("%s is %g and is fixed at %g", table[p].name.c_str(), at[p], fixed[p]),
+                  "give one of them, or the same value");
   for (std::size_t p = 0; p < table.size(); ++p)
     if (is_fixed[p]) options.priors.parameters.push_back({.name = table[p].name, .fixed = fixed[p]});
   ProgressBar bar("design", "protocols", static_cast<long long>(all.size()), options.common.quiet);

@@ -143,6 +143,10 @@ PowerValues read_options(const PowerOptions& options, const Model& model) {
   };
   check_means(none);
   refuse_beyond_range("--difference", values.wanted, values.difference, table);
+  for (std::size_t p = 0; p < table.size(); ++p)
+    if (values.wanted[p] && values.difference[p] == 0.0)
+      throw Error(Code::setting_out_of_range, "--difference", table[p].name + " is 0, which no study finds",
+                  "give the smallest difference that matters");
   check_means(values.difference);
   const auto read_sd = [&](const char* option, const std::vector<std::string>& texts, sim::Parameters& sd) {
     std::vector<bool> given = read_named_values(option, texts, table, values.at, sd);

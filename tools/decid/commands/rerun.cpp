@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -130,18 +129,16 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
-/// Returns the JSON of the call, computed again. failed: receives the error of some of its recordings, as in the first
-/// call.
-std::string compute_again(const Call& call, const CommonOptions& common, std::optional<Error>& failed) {
+/// Returns the JSON of the call, computed again. Recordings that fail, as in the first call, have their error there.
+std::string compute_again(const Call& call, const CommonOptions& common) {
   const ScratchFolder scratch;
   const bool writes_folder = call.command == "study";
   const std::filesystem::path output = scratch.path() / (writes_folder ? "study" : "result.json"),
                               json = writes_folder ? output / "study.json" : output;
   try {
     run(call, output.string(), common);
-  } catch (const Error& error) {
+  } catch (const Error&) {
     if (!path_exists(json)) throw;
-    failed = error;
   }
   return read_file(json);
 }
@@ -166,8 +163,7 @@ void run_rerun(const RerunOptions& options) {
   refuse_same_file(options.output, {options.result});
   if (!options.output.empty()) PendingFile probe(options.output);  // reports an unwritable place before the work
   const Call call = read_call(options.result, before);
-  std::optional<Error> failed;
-  const std::string now = compute_again(call, options.common, failed);
+  const std::string now = compute_again(call, options.common);
   if (!options.output.empty()) write_file(options.output, now);
   const bool is_same = now == before;
   if (!is_same && !alike_but_for_times(before, now))
@@ -175,7 +171,6 @@ void run_rerun(const RerunOptions& options) {
   if (!options.common.quiet)
     std::cerr << "decid: " << options.result
               << (is_same ? ": reproduced, the same bytes\n" : ": reproduced, the same bytes except computing times\n");
-  if (failed) throw *failed;
 }
 
 }  // namespace
@@ -195,7 +190,7 @@ void add_rerun(const Command& program) {
       "  decid rerun result.json -o again.json\n"
       "  decid rerun result.json --quiet && echo the same bytes\n"
       "decid refuses inputs that have changed, and results of another version. If the new result differs, the exit "
-      "code is 1; computing times may differ.");
+      "code is 1; computing times may differ. A recording that could not be used is part of the result.");
   run_with(command, options, false, run_rerun);
 }
 
