@@ -86,8 +86,7 @@ void warn_of_residual(std::span<const float> sway_rad, std::span<const std::vect
   }
   if (usual.empty()) {
     add_caution(explanation.warnings, "barely_stands",
-                "the identified controller stands without its noise but falls with it: it is near the border "
-                "of what stands");
+                "the identified controller stands without its noise but falls with it: it is close to instability");
     return;
   }
   const auto [low, high] = std::ranges::minmax(usual);

@@ -77,7 +77,7 @@ std::vector<Preset> make_presets() {
       {.name = "series",
        .description =
            "time series of 10 Hz of the cycles' mean and difference and of the tilt; estimates with intervals; "
-           "made for protocols with recording conditions and bodies of several heights",
+           "made for protocols with recording artefacts and bodies of several heights",
        .architecture =
            "conv 48 15x1 stride 2x1 pad 7x0; batchnorm; relu; conv 64 9x1 stride 2x1 pad 4x0; batchnorm; relu; "
            "conv 96 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 128 7x1 stride 2x1 pad 3x0; batchnorm; relu; "

@@ -10,7 +10,7 @@ import sys
 HEAD = """# The command line
 
 This page is for everybody who uses the program. It has the help of each command, as `decid COMMAND --help` prints it. `tests/docs/command_line.py` writes
-this page. [Results](../guide/results.md#what-do-exit-codes-and-files-tell-a-script) explains exit codes and files.
+this page. [Results](../guide/results.md#which-exit-codes-and-files-can-a-script-rely-on) explains exit codes and files.
 
     decid --help
 """

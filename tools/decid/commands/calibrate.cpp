@@ -390,7 +390,7 @@ void add_calibrate(const Command& program) {
       .repeatable()
       .shown_as("PROTOCOL");
   command.add_option("--conditions", options->conditions,
-                     "Measure each recording condition of this protocol alone, then all together");
+                     "Measure each recording artefact of this protocol alone, then all together");
   command.add_flag("--faults", options->faults,
                    "Measure one recording artefact per table row, with unknown start and gain");
   command

@@ -329,10 +329,12 @@ void export_controller(ControllerOptions options, const Command& command) {
 
 void add_export_controller(const Command& parent) {
   auto options = std::make_shared<ControllerOptions>();
-  const Command command = parent.add_subcommand("controller", "Write a posture controller as one C file");
+  const Command command =
+      parent.add_subcommand("controller", "Write a posture controller as one C file and its header");
   command.section("Input");
-  command.add_option("result", options->result,
-                     "Use the estimates in this result of decid identify -o; default: the middle of every range");
+  command.add_option(
+      "result", options->result,
+      "Use the estimates in this JSON of decid identify or decid fit; default: the middle of every range");
   command.add_option("--recording", options->recording, "Use this recording of the result, counted from 1");
   command.section("Controller");
   add_controller_option(command, options->controller,

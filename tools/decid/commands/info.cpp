@@ -151,7 +151,8 @@ void info(const InfoOptions& options) {
 
 void add_info(const Command& program) {
   auto options = std::make_shared<InfoOptions>();
-  const Command command = program.add_subcommand("info", "Describe a model: layers, size, protocol, hashes");
+  const Command command =
+      program.add_subcommand("info", "Describe a model (layers, size, protocol, hashes), or list the controllers");
   command.section("Input");
   const Option model = command.add_option(
       "model", options->model, "Describe this file of a model, or of a network only; default: the built-in model");
