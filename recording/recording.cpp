@@ -342,25 +342,7 @@ int time_of_sway(const Table& table, int sway, int time, const RecordingOptions&
 /// Reads a recording from a table that holds no other one. `axis`: the sway's column, if it is another axis of a centre
 /// of mass; else -1.
 Recording read_from(const std::shared_ptr<Table>& read, const std::string& file, const RecordingOptions& options,
-                    int axis = -1);
-
-/// Reads the other axes of the centre of mass whose axis is the sway.
-void read_other_axes(const std::shared_ptr<Table>& read, int sway, int time, const RecordingOptions& options,
-                     Recording& recording) {
-  for (const int column : axes_beside(*read, sway, time)) {
-    RecordingOptions of_axis = options;
-    of_axis.column = read->name(column);
-    try {
-      recording.other_axes.push_back(read_from(read, recording.file, of_axis, column));
-    } catch (const Error& error) {
-      if (may_be_axis(*read, column))
-        recording.axis_problem += "; '" + read->name(column) + "' cannot be read: " + error.problem();
-    }
-  }
-}
-
-Recording read_from(const std::shared_ptr<Table>& read, const std::string& file, const RecordingOptions& options,
-                    int axis) {
+                    int axis = -1) {
   Recording recording;
   recording.file = file;
   const Table& table = *read;
@@ -405,8 +387,18 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
     throw Error(Code::setting_missing, recording.file,
                 "no tilt is read for " + setting("tilt_unit") + " or " + setting("invert") + " tilt",
                 "name its column with " + setting("tilt_column"));
-  if (options.column.empty() && options.ankle_column.empty() && source.columns.size() == 1)
-    read_other_axes(read, sway, time, options, recording);
+  if (options.column.empty() && options.ankle_column.empty() && source.columns.size() == 1) {
+    for (const int column : axes_beside(table, sway, time)) {
+      RecordingOptions of_axis = options;
+      of_axis.column = table.name(column);
+      try {
+        recording.other_axes.push_back(read_from(read, file, of_axis, column));
+      } catch (const Error& error) {
+        if (may_be_axis(table, column))
+          recording.axis_problem += "; '" + table.name(column) + "' cannot be read: " + error.problem();
+      }
+    }
+  }
   return recording;
 }
 
