@@ -24,7 +24,7 @@ constexpr int compared = 5;
 constexpr int trials_of_answer = ResponseRatio::trials + 1;
 /// Answers that are simulated together: 264 trials fill the lanes, and take 25 MB.
 constexpr std::size_t together = 8;
-constexpr int fewest_cycles_to_skip_one = 3;
+constexpr int min_cycles_to_skip_one = 3;
 
 struct Residual {
   double rms_deg, variance_accounted_for;
@@ -90,12 +90,12 @@ void warn_of_residual(std::span<const float> sway_rad, std::span<const std::vect
     return;
   }
   const auto [low, high] = std::ranges::minmax(usual);
-  const double least = low - (high - low) - 0.1;
-  if (explanation.variance_accounted_for >= least) return;
+  const double lowest_usual = low - (high - low) - 0.1;
+  if (explanation.variance_accounted_for >= lowest_usual) return;
   std::vector<float> straight(sway_rad.begin(), sway_rad.end());
   const double drift_deg = subtract_drift(straight, explanation.fitted_rad);
   const double without_drift = residual_of(straight, explanation.fitted_rad).variance_accounted_for;
-  if (without_drift >= least && without_drift > 0.0) {  // a line that leaves nothing explained is no cause
+  if (without_drift >= lowest_usual && without_drift > 0.0) {  // a line that leaves nothing explained is no cause
     explanation.warnings.push_back(
         {severity, "drift",
          format("the sway drifts by %.2g degrees over the trial, which the identified controller does not explain: "
@@ -117,9 +117,9 @@ void warn_of_residual(std::span<const float> sway_rad, std::span<const std::vect
 /// Returns how far the first two cycles of a sway differ slowly, in degrees: the rms of the first and second harmonic
 /// of their difference, without its mean, over the square root of 2. A straight drift cancels. 0 for cycles under 40 s.
 double slow_difference_deg(std::span<const float> sway_rad, const sim::Experiment& experiment) {
-  constexpr double shortest_s = 40.0, block_s = 0.5;
+  constexpr double min_cycle_s = 40.0, block_s = 0.5;
   const double rate_hz = experiment.sample_rate_hz;
-  if (experiment.cycles() < 2 || experiment.cycle_s() < shortest_s) return 0.0;
+  if (experiment.cycles() < 2 || experiment.cycle_s() < min_cycle_s) return 0.0;
   const auto samples_of = [&](double time_s) { return static_cast<std::size_t>(std::round(time_s * rate_hz)); };
   const std::size_t begin = samples_of(experiment.lead_in_s()), length = samples_of(experiment.cycle_s());
   if (begin + 2 * length > sway_rad.size()) return 0.0;  // the body fell
@@ -145,9 +145,9 @@ double slow_difference_deg(std::span<const float> sway_rad, const sim::Experimen
 /// Warns if the cycles differ slowly, and by far more than in simulated trials of the identified controller.
 void warn_of_slow_lean(std::span<const float> sway_rad, std::span<const std::vector<float>> noisy,
                        const sim::Experiment& experiment, Severity severity, Explanation& explanation) {
-  constexpr double least_deg = 0.4, most_ratio = 2.4;
+  constexpr double min_deg = 0.4, max_ratio = 2.4;
   const double found_deg = slow_difference_deg(sway_rad, experiment);
-  if (found_deg < least_deg) return;
+  if (found_deg < min_deg) return;
   double squares = 0.0, count = 0.0;
   for (const std::vector<float>& trial : noisy) {
     if (trial.size() < sway_rad.size()) continue;  // skips a trial that fell
@@ -155,7 +155,7 @@ void warn_of_slow_lean(std::span<const float> sway_rad, std::span<const std::vec
     squares += usual_deg * usual_deg;
     count += 1.0;
   }
-  if (count == 0.0 || found_deg * found_deg * count <= most_ratio * most_ratio * squares) return;
+  if (count == 0.0 || found_deg * found_deg * count <= max_ratio * max_ratio * squares) return;
   explanation.warnings.push_back(
       {severity, "slow_lean",
        format("the first two cycles of the sway differ slowly by %.2f degrees rms, and those of simulated trials by "
@@ -265,7 +265,7 @@ std::vector<float> noise_free_trial(const sim::Simulator& simulator, const sim::
 }
 
 sim::FrequencyResponse frequency_analysis(const sim::Experiment& experiment) {
-  return sim::FrequencyResponse(experiment, experiment.cycles() >= fewest_cycles_to_skip_one ? 1 : 0);
+  return sim::FrequencyResponse(experiment, experiment.cycles() >= min_cycles_to_skip_one ? 1 : 0);
 }
 
 FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, const Answer& answer,
@@ -292,17 +292,17 @@ Warnings without_refused_lean(Warnings warnings) {
 
 Warnings response_ratio_warnings(const Explanation& explanation, bool start_explains) {
   Warnings warnings;
-  constexpr double least = 0.3, most = 2.0, significant_sd = 4.0;
+  constexpr double min_ratio = 0.3, max_ratio = 2.0, significant_sd = 4.0;
   const double ratio = explanation.response_ratio * explanation.gain;
   const double mean = explanation.response_ratio_mean, sd = explanation.response_ratio_sd;
   if (std::isnan(ratio) || std::abs(ratio - mean) < significant_sd * sd) return warnings;
-  if (ratio < least * mean && !start_explains)
+  if (ratio < min_ratio * mean && !start_explains)
     add_caution(
         warnings, "weak_response",
         format("the sway hardly follows the protocol's tilt: %.2f of the response that the identified controller "
                "would have (%.2f +- %.2f among its trials): check the protocol and the start of the recording",
                ratio, mean, sd));
-  if (ratio > most * mean)
+  if (ratio > max_ratio * mean)
     add_caution(warnings, "large_response",
                 format("the sway follows the protocol's tilt %.2f times as much as the identified controller would "
                        "(%.2f +- %.2f among its trials): was the tilt larger, or the sway in another unit?",

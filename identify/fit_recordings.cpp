@@ -222,6 +222,19 @@ std::vector<std::vector<std::size_t>> common_unknowns(const std::vector<std::str
   return common;
 }
 
+/// Keeps what results show of the draws, and drops their points.
+void keep_figures(FitFigures& figures, const Density& density, const posterior::Observation& observation,
+                  bool keeps_log_likelihood) {
+  figures.inferred = posterior::infer(density, observation, figures.posterior, keeps_log_likelihood);
+  for (int i = 0; i < figures.posterior.points(); ++i)
+    figures.stored_draws.push_back(figures.posterior.draw_of_point(i));
+  figures.posterior.drop_points();
+  figures.samples_noise_deg = observation.noise_deg;
+  figures.block_s = density.block_s();
+  figures.edge_s = density.bin_s();
+  figures.first_edge_s = density.first_bin_s();
+}
+
 }  // namespace
 
 struct Fitter::Member {
@@ -294,12 +307,36 @@ void Fitter::fit_jointly(std::deque<Member>& members, const posterior::OnProgres
   }
 }
 
+/// The network's answer to a recording that has draws.
+struct Fitter::NetworkAnswer {
+  double ood_score = std::numeric_limits<double>::quiet_NaN();
+  std::string unlike_training = {};
+  Warnings contradictions = {};  ///< of the draws and the network's distribution
+  NetworkUse use = NetworkUse::none;
+};
+
+Fitter::NetworkAnswer Fitter::ask_network(RecordingResult& result) {
+  if (!plan_->has_network()) return {};
+  auto [answer, explanation] = plan_->ask_network(result.trial);
+  NetworkAnswer network{explanation.ood_score, std::move(explanation.unlike_training), {}, NetworkUse::beside};
+  FitFigures& figures = *result.fit;
+  figures.network = answer.parameters;
+  const bool same_priors = report_.fit->priors.parameters.empty();  // as the network was trained with
+  if (same_priors && figures.posterior.chains_disagree()) {
+    network.use = NetworkUse::answers;
+    figures.answer = FitFigures::Answer::network;
+    result.estimate.parameters = answer.parameters;
+    result.estimate.distribution = std::move(answer.distribution);
+  } else if (same_priors && answer.distribution) {
+    network.contradictions =
+        contradiction_warnings(report_.protocol.parameters(), figures.posterior, *answer.distribution);
+  }
+  return network;
+}
+
 void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posterior drawn) {
-  const posterior::Priors& priors = report_.fit->priors;
-  const posterior::Settings& settings = report_.fit->settings;
   const recording::Trial& trial = prepared.trial;
   const Density& density = *prepared.density;
-  const posterior::Observation& observation = prepared.observation;
   FitFigures& figures = result.fit.emplace();
   figures.posterior = std::move(drawn);
   const Posterior& found = figures.posterior;
@@ -307,30 +344,11 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
     result.error = Error(Code::stopped, result.file, "was stopped before anything was drawn", "let it run");
     return;
   }
-  const sim::ParameterTable& table = density.protocol().parameters();
-  result.estimate.parameters = sim::Parameters(table.size());
-  for (std::size_t p = 0; p < table.size(); ++p) result.estimate.parameters[p] = found.mean(static_cast<int>(p));
-  double network_ood_score = std::numeric_limits<double>::quiet_NaN();
-  std::string unlike_training;
-  Warnings contradictions;
-  if (plan_->has_network()) {
-    auto [answer, explanation] = plan_->ask_network(result.trial);
-    network_ood_score = explanation.ood_score;
-    unlike_training = std::move(explanation.unlike_training);
-    figures.network = answer.parameters;
-    const bool same_priors = priors.parameters.empty();  // as the network was trained with
-    if (same_priors && found.chains_disagree()) {
-      figures.answer = FitFigures::Answer::network;
-      result.estimate.parameters = answer.parameters;
-      result.estimate.distribution = std::move(answer.distribution);
-    } else if (same_priors && answer.distribution) {
-      contradictions = contradiction_warnings(table, found, *answer.distribution);
-    }
-  }
-  const bool from_network = figures.answer == FitFigures::Answer::network;
-  const NetworkUse network = from_network           ? NetworkUse::answers
-                             : plan_->has_network() ? NetworkUse::beside
-                                                    : NetworkUse::none;
+  result.estimate.parameters = sim::Parameters(density.protocol().parameters().size());
+  for (std::size_t p = 0; p < result.estimate.parameters.size(); ++p)
+    result.estimate.parameters[p] = found.mean(static_cast<int>(p));
+  const NetworkAnswer network = ask_network(result);
+  const bool from_network = network.use == NetworkUse::answers;
   // A start well within its prior, and about where the sway's response shows it, explains such a recording.
   const bool start_explains =
       trial.other_start_s && !from_network && density.infers(Density::start) &&
@@ -343,27 +361,21 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   result.explanation = plan_->own.explainer.explain(
       {result.estimate.parameters, trial, from_network ? Severity::caution : Severity::info,
        from_network ? 0.0 : found.mean(Density::start), from_network ? 1.0 : found.mean(Density::gain)});
-  result.explanation.ood_score = network_ood_score;
-  figures.check = plan_->own.checker.check(found.states(), trial, settings.seed);
+  result.explanation.ood_score = network.ood_score;
+  figures.check = plan_->own.checker.check(found.states(), trial, report_.fit->settings.seed);
   Warnings unlike_simulated, out_of_distribution;
   const std::string odd = figures.check.warning();
   if (!odd.empty()) add_caution(unlike_simulated, "unlike_simulated", odd);
   // A recording unlike the network's training is not usable if the draws are odd too: the network on its own also flags
   // some clean trials (docs/reference/accuracy.md).
-  if (!unlike_training.empty())
+  if (!network.unlike_training.empty())
     out_of_distribution.push_back({!odd.empty() || found.max_rhat() > odd_rhat ? Severity::invalid : Severity::caution,
-                                   "out_of_distribution", "by the network, " + unlike_training});
-  result.warnings = without_refused_lean(
-      most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings, out_of_distribution,
-                         response_ratio_warnings(result.explanation, start_explains),
-                         posterior_warnings(density, observation, found, network), contradictions}));
-  figures.inferred = posterior::infer(density, observation, found, report_.fit->keeps_log_likelihood);
-  for (int i = 0; i < found.points(); ++i) figures.stored_draws.push_back(found.draw_of_point(i));
-  figures.posterior.drop_points();
-  figures.samples_noise_deg = observation.noise_deg;
-  figures.block_s = density.block_s();
-  figures.edge_s = density.bin_s();
-  figures.first_edge_s = density.first_bin_s();
+                                   "out_of_distribution", "by the network, " + network.unlike_training});
+  result.warnings = without_refused_lean(most_severe_first(
+      {result.warnings, unlike_simulated, result.explanation.warnings, out_of_distribution,
+       response_ratio_warnings(result.explanation, start_explains),
+       posterior_warnings(density, prepared.observation, found, network.use), network.contradictions}));
+  keep_figures(figures, density, prepared.observation, report_.fit->keeps_log_likelihood);
 }
 
 posterior::OnProgress Fitter::part_progress(const posterior::OnProgress& progress, std::size_t fitted) const {

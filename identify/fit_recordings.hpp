@@ -59,6 +59,7 @@ class Fitter {
                        const FitProgress& progress, const OnFitted& fitted, std::span<const FitGroup> groups);
   class Plan;
   struct Prepared;
+  struct NetworkAnswer;
   struct Member;
   using FitterOf = std::function<Fitter&(std::size_t recording)>;
   void fit(RecordingResult& result, const Prepared& prepared, const posterior::OnProgress& progress);
@@ -69,6 +70,8 @@ class Fitter {
   /// Throws Error if the recordings cannot be fitted together.
   static void fit_jointly(std::deque<Member>& members, const posterior::OnProgress& progress);
   Prepared prepare(RecordingResult& result);
+  /// Compares the draws with the network's answer, which replaces the estimate if the chains disagree.
+  NetworkAnswer ask_network(RecordingResult& result);
   /// Explains and checks a recording by its posterior.
   void conclude(RecordingResult& result, const Prepared& prepared, posterior::Posterior found);
   /// Fits the request's other controllers and compares them; leaves them out if it is stopped.

@@ -78,7 +78,7 @@ constexpr double against_ratio = -0.5;  // a response ratio of -1 is the other s
 /// Returns a hint if the response to fast tilts, which a body's inertia keeps small, is one to one: the sway is the
 /// tilt itself, or an angle between body and platform. Empty otherwise.
 std::string hint_of_reference(const Explanation& explanation) {
-  constexpr double fast_hz = 1.3, near = 0.5, least_coherence = 0.5, same = 0.1;
+  constexpr double fast_hz = 1.3, near = 0.5, min_coherence = 0.5, same = 0.1;
   if (!explanation.frf || explanation.frf->recorded.empty()) return {};
   const auto distance = [](const sim::Complex& response, double from) {
     const double real = response.real() - from, imaginary = response.imag();
@@ -97,7 +97,7 @@ std::string hint_of_reference(const Explanation& explanation) {
   if (from_tilt < same || from_reversed < same)
     return "; this sway is the platform's tilt" + std::string(from_tilt < same ? "" : ", reversed") +
            ": name the column of the body's sway with " + setting("column");
-  if (bands < 2.0 || !(coherence > least_coherence * bands)) return {};  // a coherence may be NaN
+  if (bands < 2.0 || !(coherence > min_coherence * bands)) return {};  // a coherence may be NaN
   fast /= bands;
   const bool is_angle = distance(fast, -1.0) < near;
   if (!is_angle && distance(fast, 1.0) >= near) return {};

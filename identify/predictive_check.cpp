@@ -15,7 +15,7 @@
 namespace decid {
 namespace {
 
-constexpr int fewest_standing = 100;
+constexpr int min_standing = 100;
 /// Drift is slower than the first; above the last there is little except measurement noise.
 constexpr double band_edges_hz[] = {0.05, 0.2, 0.5, 1.0, 2.5};
 constexpr std::uint64_t of_sensor = std::uint64_t{1} << 63;
@@ -237,7 +237,7 @@ PredictiveCheck PredictiveChecker::check(std::span<const posterior::State> draws
   for (std::optional<Shown>& shown : all)
     if (shown) standing.push_back(std::move(*shown));
   check.standing = static_cast<int>(standing.size());
-  if (check.standing < fewest_standing) return check;
+  if (check.standing < min_standing) return check;
   const auto* measured = trial.signals.find(recording::platform_tilt);
   check.figures =
       compare(show(with_bridged_gaps(trial.sway_rad(), trial.gaps), measured ? measured->rad : tilt_rad_), standing);

@@ -33,7 +33,7 @@ constexpr double min_deviance_of_band = 0.3, max_deviance_of_band = 3.0;  // 1 f
 constexpr double max_deviance_left = 0.02;
 constexpr double as_likely_deviance = 6.0;  // a likelihood ratio of 20, with a deviance of 1 a band
 constexpr double min_effect = 0.01, min_delay_s = 0.005;
-constexpr double min_gain = 0.1, max_gain_range = 0.08, smallest_gain = 0.05, much_gain = 0.7;
+constexpr double min_gain = 0.1, max_gain_range = 0.08, min_undone_gain = 0.05, much_gain = 0.7;
 
 double tan_of(double hz, double rate_hz) {
   constexpr long long parts = 1LL << 40;
@@ -181,10 +181,10 @@ Candidate refined(std::span<const Candidate> likeliest, Comparison& comparison) 
 
 /// Adds lower cutoffs where the lowest one is as likely: below the bands only a filter's slope shows, so a sum of
 /// slopes in front of it may hide its cutoff.
-void add_lower_cutoffs(double most_deviance, Comparison& comparison) {
+void add_lower_cutoffs(double max_likely_deviance, Comparison& comparison) {
   for (std::size_t kind = 0; kind < std::size_t{2} * max_order; ++kind) {
     Candidate last = comparison.all[kind * cutoffs];
-    for (int i = 0; i < lower_cutoffs && last.deviance <= most_deviance; ++i)
+    for (int i = 0; i < lower_cutoffs && last.deviance <= max_likely_deviance; ++i)
       last = comparison.add(last.filter, last.filter.cutoff_hz / lower_factor, coarse_updates);
   }
 }
@@ -229,12 +229,12 @@ std::optional<LowPass> find_low_pass(std::span<const double> sway_rad, double ra
   if (is_noiseless(best) || best.deviance > max_steep_deviance || without - best.deviance < min_gain_of_deviance)
     return {};
   const double of_band = best.deviance / static_cast<double>(bands.hz.size());
-  const double most_deviance = best.deviance + as_likely_deviance * std::max(1.0, of_band);
-  add_lower_cutoffs(most_deviance, comparison);
+  const double max_likely_deviance = best.deviance + as_likely_deviance * std::max(1.0, of_band);
+  add_lower_cutoffs(max_likely_deviance, comparison);
   LowPass found = best.filter;
   found.gain_low = found.gain_high = found.gain_at(low_pass_hz);
   for (const Candidate& other : comparison.all) {
-    if (other.deviance > most_deviance) continue;
+    if (other.deviance > max_likely_deviance) continue;
     found.gain_low = std::min(found.gain_low, other.filter.gain_at(low_pass_hz));
     found.gain_high = std::max(found.gain_high, other.filter.gain_at(low_pass_hz));
   }
@@ -267,7 +267,7 @@ std::vector<float> undo(const LowPass& filter, std::span<const float> sway_rad, 
   fft.forward(values, bins, work);
   for (std::size_t k = 0; k < bins.size(); ++k) {
     const double hz = std::min(static_cast<double>(k) * rate_hz / length, max_rate_fraction * filter.rate_hz);
-    bins[k] /= std::max(smallest_gain, filter.gain_at(hz));
+    bins[k] /= std::max(min_undone_gain, filter.gain_at(hz));
   }
   fft.inverse(bins, values, work);
   return {values.begin(), values.begin() + static_cast<std::ptrdiff_t>(samples)};

@@ -268,17 +268,17 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
              "if the unit is wrong, give " + setting("unit") +
                  (of_positions ? "; check the heights of the positions, and that their axis is the tilt's direction"
                                : "; if these are positions, give " + setting("com_height")));
-  const auto [least, most] = std::minmax_element(sway.rad.begin(), sway.rad.end());
+  const auto [low, high] = std::minmax_element(sway.rad.begin(), sway.rad.end());
   const double middle = mean(sway.rad), upright = mean_is_upright ? middle : 0.0;
-  const double peak_deg = std::max(upright - *least, *most - upright) / sim::rad_per_deg;
-  const double peak_to_peak_deg = (*most - *least) / sim::rad_per_deg;
-  if (*least == *most) {
+  const double peak_deg = std::max(upright - *low, *high - upright) / sim::rad_per_deg;
+  const double peak_to_peak_deg = (*high - *low) / sim::rad_per_deg;
+  if (*low == *high) {
     throw Error(Code::value_invalid, where(recording),
-                sway.column + " is constant, " + three_digits(*most / sim::rad_per_deg) + " degrees",
+                sway.column + " is constant, " + three_digits(*high / sim::rad_per_deg) + " degrees",
                 either(recording, "give samples of sway", "name the sway column with " + setting("column")));
   }
   if (peak_deg > max_deg) {
-    const auto at = (upright - *least > *most - upright ? least : most) - sway.rad.begin();
+    const auto at = (upright - *low > *high - upright ? low : high) - sway.rad.begin();
     if (!in_memory(recording) && peak_to_peak_deg < 2.0 * max_plausible_deg)
       throw Error(Code::value_invalid, where(recording),
                   sway.column + " is about " + three_digits(middle / sim::rad_per_deg) + " degrees, beyond lying flat",
@@ -311,6 +311,35 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
   }
 }
 
+void note_preamble(const Table& table, const RecordingOptions& options, Recording& recording) {
+  if (table.preamble_lines() == 0 || options.skip_lines || !options.section.empty()) return;
+  add_info(recording.warnings, "preamble",
+           table.preamble_lines() == 1
+               ? "the line above the table is ignored"
+               : "the first " + std::to_string(table.preamble_lines()) + " lines above the table are ignored");
+}
+
+/// Returns the column of the sway's times, `time` or -1 if the user named that column as the sway. Throws Error for
+/// times that are not the sway's.
+int time_of_sway(const Table& table, int sway, int time, const RecordingOptions& options, const std::string& file) {
+  const std::string& name = table.name(sway);
+  if (sway == time) {
+    if (!options.rate_hz && table.stated_rates().empty())
+      throw Error(
+          Code::column_unsuitable, file, "the named sway, '" + name + "', is the time column",
+          "name the sway column with " + setting("column") + ", or give " + setting("rate") + " if this is the sway");
+    return -1;
+  }
+  if (time >= 0 && table.rows(time) != table.rows(sway)) {
+    throw Error(Code::size_mismatch, file,
+                name + " has " + std::to_string(table.rows(sway)) + " values, its time " + table.name(time) + " " +
+                    std::to_string(table.rows(time)),
+                "name the sway with " + setting("column") + ", or give " + setting("rate") +
+                    " and save the file without that time");
+  }
+  return time;
+}
+
 /// Reads a recording from a table that holds no other one. `axis`: the sway's column, if it is another axis of a centre
 /// of mass; else -1. `known`: the table's separate rows, of the first reading.
 Recording read_from(const std::shared_ptr<Table>& read, const std::string& file, const RecordingOptions& options,
@@ -319,11 +348,7 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   recording.file = file;
   const Table& table = *read;
   recording.warnings = table.warnings();
-  if (table.preamble_lines() > 0 && !options.skip_lines && options.section.empty())
-    add_info(recording.warnings, "preamble",
-             table.preamble_lines() == 1
-                 ? "the line above the table is ignored"
-                 : "the first " + std::to_string(table.preamble_lines()) + " lines above the table are ignored");
+  note_preamble(table, options, recording);
   int time = find_time(table);
   const SwaySource source = find_sway_source(table, time, options, recording, axis);
   const int sway = source.columns.front();
@@ -331,21 +356,7 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   if (options.trial_column.empty() && !options.is_one_trial) refuse_several_trials(table, sway, time, recording.file);
   if (table.rows(sway) < 2)
     throw Error(Code::recording_too_short, recording.file, "has only one sample", "give a whole recording");
-  const std::string& name = table.name(sway);
-  if (sway == time) {  // the user named this column
-    if (!options.rate_hz && table.stated_rates().empty())
-      throw Error(
-          Code::column_unsuitable, recording.file, "the named sway, '" + name + "', is the time column",
-          "name the sway column with " + setting("column") + ", or give " + setting("rate") + " if this is the sway");
-    time = -1;
-  }
-  if (time >= 0 && table.rows(time) != table.rows(sway)) {
-    throw Error(Code::size_mismatch, recording.file,
-                name + " has " + std::to_string(table.rows(sway)) + " values, its time " + table.name(time) + " " +
-                    std::to_string(table.rows(time)),
-                "name the sway with " + setting("column") + ", or give " + setting("rate") +
-                    " and save the file without that time");
-  }
+  time = time_of_sway(table, sway, time, options, recording.file);
   const auto numbers_of = [&](int column) { return read_numbers(table, column, options.missing_value); };
   const auto separate =
       known ? known
@@ -353,7 +364,7 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   if (!known && separate->rows() > 0)
     add_info(
         recording.warnings, "separate_rows",
-        std::to_string(separate->rows()) + " rows have no " + name +
+        std::to_string(separate->rows()) + " rows have no " + table.name(sway) +
             " and values of other signals, as logs of several sensors do: decid reads each signal at its own times");
   const Clock clock = find_clock(*read, sway, time, options, recording);
   recording.rate_hz = clock.rate_hz;
@@ -364,7 +375,8 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   const auto numbers = [&](int column) { return read_column(table, column, clock, options, recording, gaps); };
   Signal<double>& signal = recording.signals.add(read_sway(table, source, options, numbers, recording));
   recording.gaps = joined_ranges(std::move(gaps));
-  const bool guessed = source.kind == SwaySource::Kind::angle && !options.unit && !unit_in(name) && !table.unit();
+  const bool guessed =
+      source.kind == SwaySource::Kind::angle && !options.unit && !unit_in(table.name(sway)) && !table.unit();
   const bool of_positions = source.kind == SwaySource::Kind::displacement || source.kind == SwaySource::Kind::markers;
   check_size(signal, guessed, options.mean_is_upright, of_positions, recording);
   // Other columns are read after this function returns.

@@ -20,7 +20,7 @@ constexpr int half_length = 26;
 constexpr double kaiser_beta = 0.1102 * (80.0 - 8.7);
 /// Table entries per sample: linear interpolation errs by (2 pi 0.45 / 512)^2 / 8 = 4e-6, below -100 dB.
 constexpr int resolution = 512;
-constexpr double longest_result = 1e8;
+constexpr double max_resampled_samples = 1e8;
 
 /// Returns sin(2 pi x), exact to a few units in 1e-16: sixteenths of a turn from a table, the rest by its series.
 double sin_2pi(double x) {
@@ -120,7 +120,7 @@ std::vector<double> resample(const std::vector<double>& signal, double from_hz, 
   if (from_hz == to_hz || signal.empty()) return signal;
   // Rounding may move a whole length off its integer.
   const double length = std::floor(static_cast<double>(signal.size()) * (to_hz / from_hz) + 1e-6);
-  if (length > longest_result) {
+  if (length > max_resampled_samples) {
     throw Error(Code::setting_out_of_range, "resample", "the result would have more than 100 million samples",
                 "check the sample rates");
   }

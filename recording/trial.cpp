@@ -71,8 +71,8 @@ TrialPlacement place_trial(double start_s, double recorded_s, const sim::Protoco
 
 /// Returns true if too many of the `needed` samples are missing at an end, or half of them in all.
 bool lacks_much(const TrialPlacement& place, long long needed) {
-  const auto most = static_cast<long long>(missing_limit * static_cast<double>(needed));
-  return place.first > most || needed - 1 - place.last > most || 2 * (place.last - place.first) < needed;
+  const auto max_missing = static_cast<long long>(missing_limit * static_cast<double>(needed));
+  return place.first > max_missing || needed - 1 - place.last > max_missing || 2 * (place.last - place.first) < needed;
 }
 
 /// Returns the faults of the samples that form the trial; their ranges are those of the recording.

@@ -47,6 +47,21 @@ std::string list_of_channels() {
   return joined(channel_names, ", ", [](const auto& named) { return named.second; });
 }
 
+/// Throws Error unless the trials have equal lengths, and there is space for all images.
+void check_sizes(std::span<const Sway> sways, std::size_t samples, std::span<const float> images,
+                 std::size_t image_size) {
+  for (const Sway& sway : sways)
+    if (sway.rad.size() != samples)
+      throw Error(Code::size_mismatch, "image",
+                  "a trial has " + std::to_string(sway.rad.size()) + " samples instead of " + std::to_string(samples),
+                  "give trials of equal length");
+  if (images.size() != sways.size() * image_size)
+    throw Error(Code::size_mismatch, "image",
+                "got space for " + std::to_string(images.size()) + " values for " + std::to_string(sways.size()) +
+                    " images of " + std::to_string(image_size),
+                "give space for all of them");
+}
+
 }  // namespace
 
 const char* name(Channel channel) {
@@ -229,19 +244,7 @@ void ImageMaker::make(const Sway& sway, std::span<float> image, Isa isa) const {
 void ImageMaker::make_all(std::span<const Sway> sways, std::span<float> images, Isa isa) const {
   const ImageShape size = shape();
   const auto image_size = static_cast<std::size_t>(size.size());
-  for (const Sway& sway : sways) {
-    if (sway.rad.size() != static_cast<std::size_t>(samples_)) {
-      throw Error(Code::size_mismatch, "image",
-                  "a trial has " + std::to_string(sway.rad.size()) + " samples instead of " + std::to_string(samples_),
-                  "give trials of equal length");
-    }
-  }
-  if (images.size() != sways.size() * image_size) {
-    throw Error(Code::size_mismatch, "image",
-                "got space for " + std::to_string(images.size()) + " values for " + std::to_string(sways.size()) +
-                    " images of " + std::to_string(image_size),
-                "give space for all of them");
-  }
+  check_sizes(sways, static_cast<std::size_t>(samples_), images, image_size);
   if (settings_.block > 0) {
     for (std::size_t i = 0; i < sways.size(); ++i)
       make_series(sways[i], images.subspan(i * image_size, image_size), isa);

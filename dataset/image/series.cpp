@@ -36,6 +36,22 @@ void take_differences(std::vector<double>& of, std::size_t rows, std::size_t kno
   for (std::size_t row = rows; row-- > 0;) of[row] = row < known ? 0.0 : of[row] - of[row - 1];
 }
 
+double knee_of(Channel channel) {
+  return channel == Channel::sway_change ? sway_change_knee_rad
+         : channel == Channel::sway_bend ? sway_bend_knee_rad
+         : channel == Channel::torque    ? torque_knee_rad
+                                         : sway_knee_rad;
+}
+
+/// Sets means over `block` samples each.
+void take_means(std::span<const float> samples, std::size_t block, std::span<double> means) {
+  for (std::size_t row = 0; row < means.size(); ++row) {
+    double sum = 0.0;
+    for (const float sample : samples.subspan(row * block, block)) sum += double{sample};
+    means[row] = sum / static_cast<double>(block);
+  }
+}
+
 /// Replaces the cycles by their mean, and each cycle from the second by its difference from the mean of the earlier
 /// ones, times sqrt(k / (k + 1)).
 void contrast(std::vector<std::vector<double>>& cycles, std::size_t rows) {
@@ -71,57 +87,32 @@ void ImageMaker::make_series(const Sway& sway, std::span<float> image, Isa isa) 
   std::vector<float>& shown = scratch.shown;
   cycles.resize(fold);
   shown.resize(padded);
+  const std::span<const float> samples = sway.rad.subspan(static_cast<std::size_t>(settings_.first_sample));
   for (std::size_t cycle = 0; cycle < fold; ++cycle) {
     cycles[cycle].assign(padded, 0.0);
-    for (std::size_t row = 0; row < rows; ++row) {
-      const float* sample =
-          sway.rad.data() + static_cast<std::size_t>(settings_.first_sample) + cycle * window + row * block;
-      double sum = 0.0;
-      for (std::size_t i = 0; i < block; ++i) sum += double{sample[i]};
-      cycles[cycle][row] = sum / static_cast<double>(block);
-    }
+    take_means(samples.subspan(cycle * window), block, std::span(cycles[cycle]).first(rows));
   }
   if (fold > 1) contrast(cycles, rows);
-  const auto draw = [&](double knee, std::span<float> plane) {
-    image_kernels(isa).asinh(static_cast<int>(padded), work.data(), knee, shown.data());
-    std::copy_n(shown.begin(), rows, plane.begin());
-  };
   std::size_t planes = 0;
+  const auto next_plane = [&] { return image.subspan(planes++ * rows, rows); };
   for (const Channel channel : settings_.channels) {
-    for (std::size_t cycle = 0; cycle < (is_of_sway(channel) ? fold : 1); ++cycle) {
-      const std::span<float> plane = image.subspan(planes++ * rows, rows);
-      const std::vector<double>& values = cycles[cycle];
+    if (channel == Channel::height)
+      std::ranges::fill(next_plane(), static_cast<float>((sway.height - 1.0) / height_unit));
+    if (channel == Channel::tilt) std::ranges::copy(tilt_, next_plane().begin());
+    if (channel == Channel::tilt_velocity) std::ranges::copy(tilt_velocity_, next_plane().begin());
+    if (!is_of_sway(channel)) continue;
+    for (const std::vector<double>& values : cycles) {
       work = values;
-      switch (channel) {
-        case Channel::sway_change:
-          take_differences(work, rows, 1);
-          draw(sway_change_knee_rad, plane);
-          break;
-        case Channel::sway_bend:
-          take_differences(work, rows, 1);
-          take_differences(work, rows, 2);
-          draw(sway_bend_knee_rad, plane);
-          break;
-        case Channel::torque:
-          // J a'' = m g h a - torque, for the previous block.
-          take_differences(work, rows, 1);
-          take_differences(work, rows, 2);
-          for (std::size_t row = rows; row-- > 0;)
-            work[row] = row < 2 ? 0.0 : values[row - 1] - sway.height * per_bend * work[row];
-          draw(torque_knee_rad, plane);
-          break;
-        case Channel::height:
-          std::ranges::fill(plane, static_cast<float>((sway.height - 1.0) / height_unit));
-          break;
-        case Channel::tilt:
-          std::ranges::copy(tilt_, plane.begin());
-          break;
-        case Channel::tilt_velocity:
-          std::ranges::copy(tilt_velocity_, plane.begin());
-          break;
-        default:
-          draw(sway_knee_rad, plane);
+      if (channel == Channel::sway_change) take_differences(work, rows, 1);
+      if (channel == Channel::sway_bend || channel == Channel::torque) {
+        take_differences(work, rows, 1);
+        take_differences(work, rows, 2);
       }
+      if (channel == Channel::torque)  // J a'' = m g h a - torque, for the previous block
+        for (std::size_t row = rows; row-- > 0;)
+          work[row] = row < 2 ? 0.0 : values[row - 1] - sway.height * per_bend * work[row];
+      image_kernels(isa).asinh(static_cast<int>(padded), work.data(), knee_of(channel), shown.data());
+      std::copy_n(shown.begin(), rows, next_plane().begin());
     }
   }
 }

@@ -44,21 +44,21 @@ DatasetRequest checked(DatasetRequest request) {
 
 /// Eight chains of comparisons: a single chain would wait for its last result at every step.
 double peak_to_peak(std::span<const double> sway) {
-  std::array<double, 8> least, most;
-  least.fill(sway.front());
-  most.fill(sway.front());
+  std::array<double, 8> low, high;
+  low.fill(sway.front());
+  high.fill(sway.front());
   std::size_t k = 0;
   for (; k + 8 <= sway.size(); k += 8) {
     for (std::size_t lane = 0; lane < 8; ++lane) {
-      least[lane] = sway[k + lane] < least[lane] ? sway[k + lane] : least[lane];
-      most[lane] = sway[k + lane] > most[lane] ? sway[k + lane] : most[lane];
+      low[lane] = sway[k + lane] < low[lane] ? sway[k + lane] : low[lane];
+      high[lane] = sway[k + lane] > high[lane] ? sway[k + lane] : high[lane];
     }
   }
   for (; k < sway.size(); ++k) {
-    least[0] = std::min(least[0], sway[k]);
-    most[0] = std::max(most[0], sway[k]);
+    low[0] = std::min(low[0], sway[k]);
+    high[0] = std::max(high[0], sway[k]);
   }
-  return *std::ranges::max_element(most) - *std::ranges::min_element(least);
+  return *std::ranges::max_element(high) - *std::ranges::min_element(low);
 }
 
 }  // namespace
@@ -77,7 +77,7 @@ Generator::Generator(DatasetRequest request, Communicator* ranks)
 
 int Generator::attempts_worth_making(int missing) const {
   // Slightly more than the rate so far requires: a second, small chunk would leave lanes empty.
-  const double attempts = static_cast<double>(making_children() ? report_.child_attempts : report_.base_attempts);
+  const double attempts = static_cast<double>(attempts_made());
   const double valid = making_children() ? trials() - base_ : trials();
   const double rate = valid > 0.0 ? valid / attempts : 0.8;
   const double wanted = 1.05 * missing / rate + 8.0;
@@ -130,6 +130,25 @@ void Generator::gather(std::vector<Result>& results) const {
   ranks_->all_gather(std::as_bytes(std::span(sent)), sizes, std::as_writable_bytes(std::span(results)));
 }
 
+std::vector<Generator::Result> Generator::simulate(int attempts, std::vector<float>& sway) const {
+  const long long first = attempts_made();
+  const auto width = static_cast<std::size_t>(samples());
+  const RankRange own = own_attempts(attempts, ranks_ != nullptr ? ranks_->rank() : 0);
+  if (sway.size() < own.count() * width) sway.resize(own.count() * width);
+  std::vector<Result> results(static_cast<std::size_t>(attempts));
+  const auto own_first = static_cast<long long>(own.first);
+  simulator_.run_all(
+      static_cast<int>(own.count()), [&](int i) { return trial_input(first + own_first + i); },
+      [&](int i, const sim::Outcome& outcome, std::span<double> sway_rad) {
+        if (!outcome.valid) return;
+        const auto place = static_cast<std::size_t>(i);
+        results[own.first + place] =
+            finish(first + own_first + i, sway_rad, std::span(sway).subspan(place * width, width));
+      });
+  if (ranks_ != nullptr) gather(results);
+  return results;
+}
+
 const Chunk& Generator::next() {
   const bool children = making_children();
   if (children && parents_.empty()) {
@@ -140,25 +159,13 @@ const Chunk& Generator::next() {
   }
   const int missing = (children ? request_.count : base_) - trials();
   const int attempts = attempts_worth_making(missing);
-  const long long first = children ? report_.child_attempts : report_.base_attempts;
-  const auto width = static_cast<std::size_t>(samples());
+  const long long first = attempts_made();
   auto& [sway, chunk] = buffers_[second_];
   second_ = !second_;
-  const RankRange own = own_attempts(attempts, ranks_ != nullptr ? ranks_->rank() : 0);
-  if (sway.size() < own.count() * width) sway.resize(own.count() * width);
-  const auto stored = [width, own, &values = sway](std::size_t attempt) {
-    return std::span(values).subspan((attempt - own.first) * width, width);
-  };
-  std::vector<Result> results(static_cast<std::size_t>(attempts));
-  const auto own_first = static_cast<int>(own.first);
-  simulator_.run_all(
-      static_cast<int>(own.count()), [&](int i) { return trial_input(first + own_first + i); },
-      [&](int i, const sim::Outcome& outcome, std::span<double> sway_rad) {
-        const auto attempt = static_cast<std::size_t>(own_first + i);
-        if (outcome.valid) results[attempt] = finish(first + own_first + i, sway_rad, stored(attempt));
-      });
-  if (ranks_ != nullptr) gather(results);
+  const std::vector<Result> results = simulate(attempts, sway);
 
+  const auto width = static_cast<std::size_t>(samples());
+  const RankRange own = own_attempts(attempts, ranks_ != nullptr ? ranks_->rank() : 0);
   chunk.trials.clear();
   chunk.sway.clear();
   chunk.trials_by_rank.assign(ranks_ != nullptr ? static_cast<std::size_t>(ranks_->size()) : 0, 0);
@@ -174,7 +181,8 @@ const Chunk& Generator::next() {
       const std::int32_t number = before + static_cast<std::int32_t>(chunk.trials.size());
       chunk.trials.push_back(
           {trial_input(first + i).parameters, result.peak_to_peak_rad, children ? find_parent(first + i) : number});
-      if (attempt >= own.first && attempt < own.last) chunk.sway.emplace_back(stored(attempt));
+      if (attempt >= own.first && attempt < own.last)
+        chunk.sway.emplace_back(std::span(sway).subspan((attempt - own.first) * width, width));
       if (ranks_ != nullptr) ++chunk.trials_by_rank[static_cast<std::size_t>(rank)];
     }
     const long long valid = valid_before + static_cast<long long>(chunk.trials.size());

@@ -56,10 +56,16 @@ class Generator {
   };
 
   bool making_children() const noexcept { return trials() >= base_; }
+  /// Returns the attempts so far at base trials, or at children once they are made.
+  long long attempts_made() const noexcept {
+    return making_children() ? report_.child_attempts : report_.base_attempts;
+  }
   int attempts_worth_making(int missing) const;
   std::int32_t find_parent(long long attempt) const;
   sim::TrialInput trial_input(long long attempt) const;
   Result finish(long long attempt, std::span<double> sway_rad, std::span<float> stored) const;
+  /// Simulates the next attempts. Returns their results; sway: of this process's own attempts, one after the other.
+  std::vector<Result> simulate(int attempts, std::vector<float>& sway) const;
   void accept(const TrialRecord& trial);
   RankRange own_attempts(int attempts, int rank) const;
   void gather(std::vector<Result>& results) const;

@@ -32,13 +32,13 @@ std::vector<double> log_weights(const posterior::Priors& priors, const sim::Para
   return weights;
 }
 
-/// Returns the least number of effective draws of these parameters; empty if none is known.
-std::optional<double> least_of_inferred(std::span<const double> effective, std::span<const std::size_t> inferred) {
-  std::optional<double> least;
+/// Returns the lowest number of effective draws of these parameters; empty if none is known.
+std::optional<double> min_effective_draws(std::span<const double> effective, std::span<const std::size_t> inferred) {
+  std::optional<double> lowest;
   for (const std::size_t p : inferred)
     if (p < effective.size() && std::isfinite(effective[p]) && effective[p] > 0.0)
-      least = std::min(least.value_or(effective[p]), effective[p]);
-  return least;
+      lowest = std::min(lowest.value_or(effective[p]), effective[p]);
+  return lowest;
 }
 
 bool same_ranges(const ParameterDistribution& distribution, const sim::ParameterTable& ranges) {
@@ -123,7 +123,7 @@ Finding evidence_of_draws(const RecordingResult& result, const Report& report, c
   }
   const std::vector<double> weights =
       log_weights(report.fit ? report.fit->priors : posterior::Priors{}, ranges, states);
-  const std::optional<double> effective = least_of_inferred(result.fit->posterior.effective_draws(), inferred);
+  const std::optional<double> effective = min_effective_draws(result.fit->posterior.effective_draws(), inferred);
   const auto measure = [&](std::span<const double> weighted) -> std::optional<Measurement> {
     try {
       return Measurement::of_draws(inferred.size(), fractions, weighted, effective);

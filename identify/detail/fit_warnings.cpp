@@ -73,7 +73,7 @@ Warnings edge_warnings(const Density& density, const Posterior& found, NetworkUs
 }
 
 /// Returns the fewest effective draws of the 5% and 95% quantiles of the inferred parameters.
-double fewest_tail_draws(const Density& density, const Posterior& found) {
+double min_tail_draws(const Density& density, const Posterior& found) {
   double fewest = std::numeric_limits<double>::infinity();
   for (int p = 0; p < density.parameters(); ++p)
     if (density.infers(p)) fewest = std::min(fewest, found.tail_effective_draws(p));
@@ -100,7 +100,7 @@ Warnings chain_warnings(const Density& density, const Posterior& found, NetworkU
     else
       add_caution(warnings, "chains_disagree", apart + "means over all of them");
   } else if (!found.agreed()) {
-    const double fewest = fewest_tail_draws(density, found);
+    const double fewest = min_tail_draws(density, found);
     std::string text = format(
         "the chains agree roughly (R-hat %.2f for %s, %.0f effective draws in the tails at least): ends of intervals "
         "are "

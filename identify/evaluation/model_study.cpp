@@ -110,6 +110,68 @@ void finish(std::vector<Bin>& all) {
     }
 }
 
+/// Test trials of a stream. The sways of one chunk of them are in memory.
+class TestTrials {
+ public:
+  TestTrials(const sim::Simulator& simulator, std::uint64_t seed, int trials)
+      : simulator_(simulator),
+        seed_(seed),
+        truth_(static_cast<std::size_t>(trials)),
+        amplitude_deg_(static_cast<std::size_t>(trials)) {}
+
+  void simulate(int first, int count) {
+    first_ = first;
+    sways_.assign(static_cast<std::size_t>(count), {});
+    std::vector<std::uint64_t> numbers(sways_.size());
+    std::iota(numbers.begin(), numbers.end(), static_cast<std::uint64_t>(first));
+    dataset::simulate_stream(simulator_, seed_, numbers,
+                             [&](std::size_t place, const sim::TrialInput& trial, std::span<double> sway) {
+                               const std::size_t at = static_cast<std::size_t>(first) + place;
+                               const auto [low, high] = std::ranges::minmax(sway);
+                               truth_[at] = trial.parameters;
+                               amplitude_deg_[at] = (high - low) / sim::rad_per_deg;
+                               sways_[place].assign(sway.begin(), sway.end());
+                             });
+  }
+
+  /// Returns the sway of a trial of the chunk with measurement noise.
+  std::vector<float> noisy(int trial, double level_deg) const {
+    std::vector<double> sway = sways_[static_cast<std::size_t>(trial - first_)];
+    sim::add_sensor_noise({level_deg, level_deg}, seed_, static_cast<std::uint64_t>(trial), sway);
+    return {sway.begin(), sway.end()};
+  }
+
+  // Per trial that was simulated:
+  const std::vector<sim::Parameters>& truth() const { return truth_; }
+  const std::vector<double>& amplitude_deg() const { return amplitude_deg_; }  ///< peak to peak
+
+ private:
+  const sim::Simulator& simulator_;
+  std::uint64_t seed_;
+  int first_ = 0;  ///< trial of the chunk
+  std::vector<sim::Parameters> truth_;
+  std::vector<double> amplitude_deg_;
+  std::vector<std::vector<double>> sways_;
+};
+
+/// Returns the errors at a level of measurement noise.
+NoiseLevel noise_level(const Model& model, double level_deg, const TestTrials& test, const std::vector<float>& scores) {
+  const std::size_t parameters = model.parameters().size();
+  NoiseLevel level{level_deg, evaluate(model.targets, scores, test.truth()),
+                   bins({0, 0.5, 1, 1.5, 2, 3, 4, 6, 10}, parameters),
+                   bins({0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1}, parameters)};
+  for (std::size_t i = 0; i < test.truth().size(); ++i) {
+    const sim::Parameters& truth = test.truth()[i];
+    const Scores target = as_scores(model.targets.scale(truth));
+    const Scores output = as_scores(scores_at(model, scores, i));
+    add(level.by_amplitude_deg, test.amplitude_deg()[i], target, output);
+    add(level.by_nv, model.protocol.family().coefficients(truth)[sim::Coefficient::nv], target, output);
+  }
+  finish(level.by_amplitude_deg);
+  finish(level.by_nv);
+  return level;
+}
+
 int column_named(const recording::CsvTable& table, const std::string& name, const std::string& file) {
   for (int c = 0; c < table.columns(); ++c)
     if (table.names()[static_cast<std::size_t>(c)] == name) return c;
@@ -171,70 +233,35 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
   const std::uint64_t seed = study.fresh_seed;
   require_not_trained_on(model.origin, {dataset::TrialIdentity::Kind::stream, seed, {}}, Measured::all, "test trials");
   const sim::Simulator simulator(model.protocol.ideal());
-  for (const double level : levels_deg)
-    study.levels.push_back({level,
-                            {},
-                            bins({0, 0.5, 1, 1.5, 2, 3, 4, 6, 10}, model.parameters().size()),
-                            bins({0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1}, model.parameters().size())});
+  TestTrials test(simulator, seed, trials);
   std::vector<std::vector<float>> scores(levels_deg.size());
-  std::vector<sim::Parameters> truth(static_cast<std::size_t>(trials));
-  std::vector<double> amplitude_deg(truth.size());
-  std::vector<std::vector<double>> sways;
-  const auto simulate = [&](int first, int count) {
-    sways.assign(static_cast<std::size_t>(count), {});
-    std::vector<std::uint64_t> numbers(sways.size());
-    std::iota(numbers.begin(), numbers.end(), static_cast<std::uint64_t>(first));
-    dataset::simulate_stream(simulator, seed, numbers,
-                             [&](std::size_t place, const sim::TrialInput& trial, std::span<double> sway) {
-                               const std::size_t at = static_cast<std::size_t>(first) + place;
-                               const auto [low, high] = std::ranges::minmax(sway);
-                               truth[at] = trial.parameters;
-                               amplitude_deg[at] = (high - low) / sim::rad_per_deg;
-                               sways[place].assign(sway.begin(), sway.end());
-                             });
-  };
-  const auto noisy = [&](int first, std::size_t i, double level_deg) {
-    std::vector<double> sway = sways[i];
-    sim::add_sensor_noise({level_deg, level_deg}, seed, static_cast<std::uint64_t>(first) + i, sway);
-    return std::vector<float>(sway.begin(), sway.end());
-  };
   for (int first = 0; first < trials; first += chunk) {
     const int count = std::min(chunk, trials - first);
     announce(format("test trials %d to %d of %d at %zu levels of measurement noise", first + 1, first + count, trials,
                     levels_deg.size()));
-    simulate(first, count);
+    test.simulate(first, count);
     for (std::size_t l = 0; l < levels_deg.size(); ++l) {
       const auto outputs = predict(model, count, 64, [&](std::span<const int> indices, const SwaySink& take) {
         parallel_for(static_cast<int>(indices.size()), [&](int place) {
-          const auto i = static_cast<std::size_t>(indices[static_cast<std::size_t>(place)]);
-          take(static_cast<std::size_t>(place), noisy(first, i, levels_deg[l]));
+          take(static_cast<std::size_t>(place),
+               test.noisy(first + indices[static_cast<std::size_t>(place)], levels_deg[l]));
         });
       });
       const std::vector<float> of_chunk = to_scores(model, outputs);
       scores[l].insert(scores[l].end(), of_chunk.begin(), of_chunk.end());
     }
   }
-  for (std::size_t l = 0; l < levels_deg.size(); ++l) {
-    NoiseLevel& level = study.levels[l];
-    level.all = evaluate(model.targets, scores[l], truth);
-    for (std::size_t i = 0; i < truth.size(); ++i) {
-      const Scores target = as_scores(model.targets.scale(truth[i]));
-      const Scores output = as_scores(scores_at(model, scores[l], i));
-      add(level.by_amplitude_deg, amplitude_deg[i], target, output);
-      add(level.by_nv, model.protocol.family().coefficients(truth[i])[sim::Coefficient::nv], target, output);
-    }
-    finish(level.by_amplitude_deg);
-    finish(level.by_nv);
-  }
+  for (std::size_t l = 0; l < levels_deg.size(); ++l)
+    study.levels.push_back(noise_level(model, levels_deg[l], test, scores[l]));
   if (study.data) return;
-  const int index = typical(model, scores.front(), truth);
+  const int index = typical(model, scores.front(), test.truth());
   const auto place = static_cast<std::size_t>(index);
   const int first = index / chunk * chunk;
-  simulate(first, std::min(chunk, trials - first));
+  test.simulate(first, std::min(chunk, trials - first));
   study.sample =
       make_sample(model, format("test trials with %g degrees of measurement noise", levels_deg.front()), index,
-                  known_trial(model, simulator, truth[place], scores_at(model, scores.front(), place),
-                              noisy(first, place - static_cast<std::size_t>(first), levels_deg.front())));
+                  known_trial(model, simulator, test.truth()[place], scores_at(model, scores.front(), place),
+                              test.noisy(index, levels_deg.front())));
 }
 
 void study_double(const Model& model, int realisations, ModelStudy& study, const Announce& announce) {

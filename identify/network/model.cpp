@@ -58,6 +58,76 @@ sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& imag
       "choose a preset made for this protocol, or one that does not fold");
 }
 
+constexpr const char* model_remedy = "give a model file written by decid train";
+
+/// The parts of a model file that are read one after the other. All functions throw Error for damaged ones.
+struct ModelFile {
+  nn::TensorFile content;
+  const std::string& where;
+
+  bool has(const std::string& key) const { return content.metadata.contains(key); }
+
+  const std::string& text(const std::string& key) const {
+    const auto it = content.metadata.find(key);
+    if (it == content.metadata.end())
+      throw Error(Code::file_unsupported, where, "is not a decid model: it has no " + key, model_remedy);
+    return it->second;
+  }
+
+  [[noreturn]] void refuse_damaged(const std::string& what) const {
+    throw Error(Code::file_damaged, where, what, model_remedy);
+  }
+
+  Model untrained_model() const {
+    dataset::ImageSettings image = dataset::image_settings_from_json(text("image"), where);
+    sim::Protocol protocol = checked(sim::protocol_from_json(text("protocol"), where), image);
+    nn::require_values(content, network_input(dataset::ImageMaker(image, protocol.experiment)), text("architecture"),
+                       where);
+    Model model(std::move(protocol), std::move(image), text("architecture"),
+                has("head") ? head_named(text("head"), where) : point_head());
+    model.origin = origin_from_json(text("origin"), where);
+    if (has("log")) model.log = log_from_json(text("log"), where);
+    return model;
+  }
+
+  void read_scalings(Model& model) const {
+    try {
+      const Json targets = parse_json(text("targets"), where);
+      model.targets.mean = parameters_in(targets.at("mean"), model.parameters());
+      model.targets.stddev = parameters_in(targets.at("deviation"), model.parameters());
+    } catch (const Json::exception&) {
+      refuse_damaged("has a target scaling that cannot be read");
+    }
+    for (const double stddev : model.targets.stddev)
+      if (!(stddev > 0)) refuse_damaged("has a target scaling that is not positive");
+    if (!model.image().standardize_rows) return;
+    const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
+    model.rows.mean = content.find("image.row_mean", rows, where).values;
+    model.rows.stddev = content.find("image.row_deviation", rows, where).values;
+    for (std::size_t i = 0; i < rows; ++i)
+      if (!std::isfinite(model.rows.mean[i]) || !(model.rows.stddev[i] > 0))
+        refuse_damaged("has an image scaling that is not positive");
+  }
+
+  void read_ood_detector(Model& model) {
+    const auto n = static_cast<std::size_t>(feature_count(model.network));
+    if (n == 0) refuse_damaged("has a familiarity of features that its network does not have");
+    model.ood_detector.mean = std::move(content.find("familiarity.mean", n, where).values);
+    model.ood_detector.whitening = std::move(content.find("familiarity.whitening", n * (n + 1) / 2, where).values);
+    try {
+      model.ood_detector.usual = parse_json(text("familiarity"), where).at("usual").get<double>();
+    } catch (const Json::exception&) {
+      refuse_damaged("has a familiarity that cannot be read");
+    }
+    if (!(model.ood_detector.usual > 0)) refuse_damaged("has a familiarity that is not positive");
+  }
+
+  void read_recalibration(Model& model) const {
+    if (!model.gives_distribution()) refuse_damaged("has a recalibration of distributions that its head does not give");
+    model.recalibration = recalibration_from_json(text("recalibration"), model.parameters().size(), where);
+  }
+};
+
 }  // namespace
 
 Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::string& architecture, const Head& head_)
@@ -133,69 +203,22 @@ std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
 }
 
 Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpoint* checkpoint) {
-  nn::TensorFile file = nn::from_safetensors(bytes, where);
-  const std::string remedy = "give a model file written by decid train";
-  const auto text = [&](const std::string& key) {
-    const auto it = file.metadata.find(key);
-    if (it == file.metadata.end())
-      throw Error(Code::file_unsupported, where, "is not a decid model: it has no " + key, remedy);
-    return it->second;
-  };
-  if (text("format") != format_name)
-    throw Error(Code::file_unsupported, where, "is of format '" + text("format") + "', not '" + format_name + "'",
-                remedy);
-  if (file.metadata.contains(nn::content_hash_key) && text(nn::content_hash_key) != nn::content_sha256(file))
+  ModelFile file{nn::from_safetensors(bytes, where), where};
+  if (file.text("format") != format_name)
+    throw Error(Code::file_unsupported, where, "is of format '" + file.text("format") + "', not '" + format_name + "'",
+                model_remedy);
+  if (file.has(nn::content_hash_key) && file.text(nn::content_hash_key) != nn::content_sha256(file.content))
     throw Error(Code::file_damaged, where, "is damaged: its content is not what its SHA-256 says",
                 "take an undamaged copy of the file");
-  if (checkpoint != nullptr) checkpoint->progress = text("progress");
-  dataset::ImageSettings image = dataset::image_settings_from_json(text("image"), where);
-  sim::Protocol protocol = checked(sim::protocol_from_json(text("protocol"), where), image);
-  nn::require_values(file, network_input(dataset::ImageMaker(image, protocol.experiment)), text("architecture"), where);
-  Model model(std::move(protocol), std::move(image), text("architecture"),
-              file.metadata.contains("head") ? head_named(text("head"), where) : point_head());
-  model.origin = origin_from_json(text("origin"), where);
-  if (file.metadata.contains("log")) model.log = log_from_json(text("log"), where);
-  try {
-    const Json targets = parse_json(text("targets"), where);
-    model.targets.mean = parameters_in(targets.at("mean"), model.parameters());
-    model.targets.stddev = parameters_in(targets.at("deviation"), model.parameters());
-  } catch (const Json::exception&) {
-    throw Error(Code::file_damaged, where, "has a target scaling that cannot be read", remedy);
-  }
-  for (const double stddev : model.targets.stddev)
-    if (!(stddev > 0)) throw Error(Code::file_damaged, where, "has a target scaling that is not positive", remedy);
-  if (model.image().standardize_rows) {
-    const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
-    model.rows.mean = file.find("image.row_mean", rows, where).values;
-    model.rows.stddev = file.find("image.row_deviation", rows, where).values;
-    for (std::size_t i = 0; i < rows; ++i)
-      if (!std::isfinite(model.rows.mean[i]) || !(model.rows.stddev[i] > 0))
-        throw Error(Code::file_damaged, where, "has an image scaling that is not positive", remedy);
-  }
-  if (file.metadata.contains("familiarity")) {
-    const auto n = static_cast<std::size_t>(feature_count(model.network));
-    if (n == 0)
-      throw Error(Code::file_damaged, where, "has a familiarity of features that its network does not have", remedy);
-    model.ood_detector.mean = std::move(file.find("familiarity.mean", n, where).values);
-    model.ood_detector.whitening = std::move(file.find("familiarity.whitening", n * (n + 1) / 2, where).values);
-    try {
-      model.ood_detector.usual = parse_json(text("familiarity"), where).at("usual").get<double>();
-    } catch (const Json::exception&) {
-      throw Error(Code::file_damaged, where, "has a familiarity that cannot be read", remedy);
-    }
-    if (!(model.ood_detector.usual > 0))
-      throw Error(Code::file_damaged, where, "has a familiarity that is not positive", remedy);
-  }
-  if (file.metadata.contains("recalibration")) {
-    if (!model.gives_distribution())
-      throw Error(Code::file_damaged, where, "has a recalibration of distributions that its head does not give",
-                  remedy);
-    model.recalibration = recalibration_from_json(text("recalibration"), model.parameters().size(), where);
-  }
+  if (checkpoint != nullptr) checkpoint->progress = file.text("progress");
+  Model model = file.untrained_model();
+  file.read_scalings(model);
+  if (file.has("familiarity")) file.read_ood_detector(model);
+  if (file.has("recalibration")) file.read_recalibration(model);
   const auto averages = [](const nn::NamedTensor& t) { return t.name.starts_with(average_prefix); };
-  if (checkpoint != nullptr && std::ranges::any_of(file.tensors, averages))
-    checkpoint->average = nn::added_network(average_prefix, model.network, file, where);
-  nn::load_network(model.network, std::move(file), where,
+  if (checkpoint != nullptr && std::ranges::any_of(file.content.tensors, averages))
+    checkpoint->average = nn::added_network(average_prefix, model.network, file.content, where);
+  nn::load_network(model.network, std::move(file.content), where,
                    checkpoint != nullptr ? &checkpoint->momentum_buffers : nullptr);
   return model;
 }

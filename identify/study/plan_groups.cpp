@@ -100,18 +100,18 @@ GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group) {
   return groups;
 }
 
-void refuse_groups(const std::vector<GroupMember>& members, const std::string& where, std::size_t least,
+void refuse_groups(const std::vector<GroupMember>& members, const std::string& where, std::size_t min_groups,
                    const RecordingPlan* plan) {
   std::map<std::string, std::set<std::string>> groups;  // their people
   for (const GroupMember& member : members)
     if (!member.group.empty()) groups[member.group].insert(member.participant);
-  if (groups.size() < least && plan != nullptr)
+  if (groups.size() < min_groups && plan != nullptr)
     for (const PlannedRecording& planned : plan->recordings)
       if (planned.error) throw Error(*planned.error);
-  if (groups.size() < least)
+  if (groups.size() < min_groups)
     throw Error(Code::setting_out_of_range, where,
                 "puts the recordings in " + counted(static_cast<long long>(groups.size()), "group"),
-                least > 1 ? "give two groups or more" : "give one group or more");
+                min_groups > 1 ? "give two groups or more" : "give one group or more");
   for (auto one = groups.begin(); one != groups.end(); ++one)
     for (auto other = std::next(one); other != groups.end(); ++other)
       refuse_few_pairs(where, one->first, one->second, other->first, other->second);

@@ -34,10 +34,10 @@ std::vector<std::string> split_columns(const std::string& text);
 /// "group", and if only some lines of recordings name their participant (RecordingPlan::nameless).
 GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group);
 
-/// Throws Error for fewer groups than `least`, and for two groups that share some people, but fewer than half of the
-/// smaller one's: more likely a name given twice than a comparison in pairs. where: the table, for messages.
-/// plan: instead of too few groups, throws the error of its first recording that has one, such as a wrong cell.
-void refuse_groups(const std::vector<GroupMember>& members, const std::string& where, std::size_t least = 2,
+/// Throws Error for fewer groups than `min_groups`, and for two groups that share some people, but fewer than half of
+/// the smaller one's: more likely a name given twice than a comparison in pairs. where: the table, for messages. plan:
+/// instead of too few groups, throws the error of its first recording that has one, such as a wrong cell.
+void refuse_groups(const std::vector<GroupMember>& members, const std::string& where, std::size_t min_groups = 2,
                    const RecordingPlan* plan = nullptr);
 
 /// Compares the sessions or the conditions of the sheet, too. column: "session" or "condition". Leaves out recordings

@@ -17,52 +17,39 @@ namespace {
 /// Each cycle has separate planes: more cycles would make up most of the network.
 constexpr int max_folded_series = 8, max_series_rows = 2048;
 
+/// Returns the spectrum of the mean of the stimulus' cycles, and of how they differ.
+dataset::ImageSettings folded_spectrum(int window, int first_sample, int fold, int rows) {
+  return {.window = window,
+          .half_spectrum = true,
+          .channels = {Channel::asinh_real, Channel::asinh_imaginary, Channel::log_modulus, Channel::log_residual},
+          .standardize_rows = true,
+          .first_sample = first_sample,
+          .fold = fold,
+          .rows = rows};
+}
+
+// Neighbouring harmonics carry the same information, so convolutions along them come first.
+constexpr const char* harmonics_network =
+    "conv 48 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 64 5x1 stride 2x1 pad 2x0; batchnorm; relu; "
+    "conv 96 3x1 stride 2x1 pad 1x0; batchnorm; relu; fc 256; batchnorm; relu; fc 7";
+
 std::vector<Preset> make_presets() {
-  // The mean of the stimulus' cycles, and how they differ.
-  const std::vector<Channel> folded_channels{Channel::asinh_real, Channel::asinh_imaginary, Channel::log_modulus,
-                                             Channel::log_residual};
-  const dataset::ImageSettings harmonics_image{.window = 6050,
-                                               .half_spectrum = true,
-                                               .channels = folded_channels,
-                                               .standardize_rows = true,
-                                               .fold = 2,
-                                               .rows = 256};
-  const dataset::ImageSettings short_image{.window = 2000,
-                                           .half_spectrum = true,
-                                           .channels = folded_channels,
-                                           .standardize_rows = true,
-                                           .first_sample = 197,
-                                           .fold = 3,
-                                           .rows = 128};
-  const dataset::ImageSettings half_image{.window = 110,
-                                          .half_spectrum = true,
-                                          .channels = {Channel::log_modulus, Channel::cos_phase, Channel::sin_phase},
-                                          .standardize_rows = true};
-  const dataset::ImageSettings series_image{.window = 6050,
-                                            .channels = {Channel::sway, Channel::sway_change, Channel::sway_bend,
-                                                         Channel::height, Channel::tilt, Channel::tilt_velocity},
-                                            .fold = 2,
-                                            .block = 10};
-  // Neighbouring harmonics carry the same information, so convolutions along them come first.
-  const std::string harmonics_network =
-      "conv 48 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 64 5x1 stride 2x1 pad 2x0; batchnorm; relu; "
-      "conv 96 3x1 stride 2x1 pad 1x0; batchnorm; relu; fc 256; batchnorm; relu; fc 7";
-  std::vector<Preset> all;
-  all.push_back({.name = "best",
-                 .description = "the spectrum of the cycles' mean and difference, harmonic by harmonic up to 4.2 Hz",
-                 .architecture = harmonics_network,
-                 .image = harmonics_image,
-                 .epochs = 48,
-                 .learning_rate = 0.05,
-                 .warmup_epochs = 1});
-  all.push_back({.name = "short",
-                 .description = "the same for the short protocol, three cycles of 20 s, up to 6.4 Hz",
-                 .architecture = harmonics_network,
-                 .image = short_image,
-                 .epochs = 24,
-                 .learning_rate = 0.05,
-                 .warmup_epochs = 1});
-  all.push_back(
+  const dataset::ImageSettings harmonics_image = folded_spectrum(6050, 0, 2, 256);
+  return {
+      {.name = "best",
+       .description = "the spectrum of the cycles' mean and difference, harmonic by harmonic up to 4.2 Hz",
+       .architecture = harmonics_network,
+       .image = harmonics_image,
+       .epochs = 48,
+       .learning_rate = 0.05,
+       .warmup_epochs = 1},
+      {.name = "short",
+       .description = "the same for the short protocol, three cycles of 20 s, up to 6.4 Hz",
+       .architecture = harmonics_network,
+       .image = folded_spectrum(2000, 197, 3, 128),
+       .epochs = 24,
+       .learning_rate = 0.05,
+       .warmup_epochs = 1},
       {.name = "firmware",
        .description = "the network input of best, a network of 53 KB for decid export c",
        .architecture =
@@ -72,8 +59,7 @@ std::vector<Preset> make_presets() {
        .image = harmonics_image,
        .epochs = 160,
        .learning_rate = 0.05,
-       .warmup_epochs = 1});
-  all.push_back(
+       .warmup_epochs = 1},
       {.name = "series",
        .description =
            "time series of 10 Hz of the cycles' mean and difference and of the tilt; estimates with intervals; "
@@ -83,12 +69,15 @@ std::vector<Preset> make_presets() {
            "conv 96 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 128 7x1 stride 2x1 pad 3x0; batchnorm; relu; "
            "conv 128 5x1 stride 2x1 pad 2x0; batchnorm; relu; statspool; fc 256; batchnorm; relu; fc 72",
        .head = "mixture 2",
-       .image = series_image,
+       .image = {.window = 6050,
+                 .channels = {Channel::sway, Channel::sway_change, Channel::sway_bend, Channel::height, Channel::tilt,
+                              Channel::tilt_velocity},
+                 .fold = 2,
+                 .block = 10},
        .epochs = 128,
        .learning_rate = 0.4,
        .sgd = {.weight_decay = 5e-4},
-       .warmup_epochs = 1});
-  all.push_back(
+       .warmup_epochs = 1},
       {.name = "paper",
        .description = "the paper's setting: 64 filters first, raw modulus and phase, 110 x 110",
        .architecture =
@@ -97,17 +86,20 @@ std::vector<Preset> make_presets() {
            "relu; globalavgpool; fc 7",
        .epochs = 100,
        .learning_rate = 0.01,
-       .schedule = "step:30:0.3"});
-  all.push_back({.name = "small",
-                 .description = "trains in seconds, for first tries",
-                 .architecture =
-                     "conv 8 5x5 stride 2x2 pad 2x2; batchnorm; relu; conv 16 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
-                     "conv 32 3x3 stride 2x2 pad 1x1; batchnorm; relu; globalavgpool; fc 7",
-                 .image = half_image,
-                 .epochs = 10,
-                 .batch = 32,
-                 .learning_rate = 0.02});
-  return all;
+       .schedule = "step:30:0.3"},
+      {.name = "small",
+       .description = "trains in seconds, for first tries",
+       .architecture =
+           "conv 8 5x5 stride 2x2 pad 2x2; batchnorm; relu; conv 16 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
+           "conv 32 3x3 stride 2x2 pad 1x1; batchnorm; relu; globalavgpool; fc 7",
+       .image = {.window = 110,
+                 .half_spectrum = true,
+                 .channels = {Channel::log_modulus, Channel::cos_phase, Channel::sin_phase},
+                 .standardize_rows = true},
+       .epochs = 10,
+       .batch = 32,
+       .learning_rate = 0.02},
+  };
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ constexpr double evidence_hz = 2.5;  // of the coefficients that the likelihood 
 constexpr double full_hz = 2.6, top_hz = max_noise_hz, block_ms = 100.0;
 constexpr double whole_damping = 10.0;  // c times the transforms' length: wrapped values decay by e^-10
 constexpr int spare_blocks = 40;        // of the transforms, in addition to the trial: more than the latest start
-constexpr int fewest_blocks = 20;
+constexpr int min_blocks = 20;
 
 /// Returns the begin of a bin, -bin_steps < step <= 0, such that the platform's velocity changes between the halves of
 /// bins; nothing if it changes elsewhere too.
@@ -66,6 +66,36 @@ double frequency_weight(double hz) {
   if (u <= 0.0) return 1.0;
   if (u >= 1.0) return 0.0;
   return 1.0 / (1.0 + decid::exp(std::clamp(1.0 / (1.0 - u) - 1.0 / u, -700.0, 700.0)));
+}
+
+/// Throws Error for noise that the posterior does not model.
+void check_noise(const sim::Protocol& protocol, const NoiseBasis& basis) {
+  const sim::VestibularNoise& noise = protocol.noise.vestibular;
+  if (!(noise.scale_deg > 0.0)) return;
+  const std::string where = "protocol " + protocol.name + ", vestibular_noise";
+  if (noise.high_hz > max_noise_hz)
+    throw Error(Code::not_supported, where, format("has frequencies up to %g Hz", noise.high_hz),
+                format("give high_hz of %g or less; the posterior has no faster noise", max_noise_hz));
+  if (noise.low_hz == noise.high_hz)
+    throw Error(Code::setting_out_of_range, where, "has a single frequency",
+                "give low_hz below high_hz; the posterior models the noise as a band");
+  if (basis.size() == 0)
+    throw Error(Code::setting_out_of_range, where, format("ends at %g Hz", noise.high_hz),
+                format("give high_hz of %.2g or more", 0.5 / basis.period_s()));
+}
+
+/// Returns both ends of the least-squares line through `length` values.
+template <class Value>
+std::pair<double, double> line_through(const Value& value_at, int from, int length) {
+  double mean = 0.0, slope = 0.0, squares = 0.0;
+  for (int j = 0; j < length; ++j) {
+    const double place = j - 0.5 * (length - 1);
+    mean += value_at(from + j) / length;
+    slope += place * value_at(from + j);
+    squares += place * place;
+  }
+  slope = length > 1 ? slope / squares : 0.0;
+  return {mean - 0.5 * length * slope, mean + 0.5 * length * slope};
 }
 
 }  // namespace
@@ -116,22 +146,11 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
                 priors.drift_hz) {
   for (const sim::ParameterInfo& info : ranges_)
     quantiles_.push_back(make_quantile(priors, info.name, info.low, info.range()));
-  if (blocks_ < fewest_blocks) {
+  if (blocks_ < min_blocks) {
     throw Error(Code::setting_out_of_range, "protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
                 "give a protocol of at least 2 s");
   }
-  if (const sim::VestibularNoise& noise = protocol.noise.vestibular; noise.scale_deg > 0.0) {
-    const std::string where = "protocol " + protocol.name + ", vestibular_noise";
-    if (noise.high_hz > max_noise_hz)
-      throw Error(Code::not_supported, where, format("has frequencies up to %g Hz", noise.high_hz),
-                  format("give high_hz of %g or less; the posterior has no faster noise", max_noise_hz));
-    if (noise.low_hz == noise.high_hz)
-      throw Error(Code::setting_out_of_range, where, "has a single frequency",
-                  "give low_hz below high_hz; the posterior models the noise as a band");
-    if (noise_.size() == 0)
-      throw Error(Code::setting_out_of_range, where, format("ends at %g Hz", noise.high_hz),
-                  format("give high_hz of %.2g or more", 0.5 / noise_.period_s()));
-  }
+  check_noise(protocol, noise_);
   const sim::Experiment& experiment = protocol.experiment;
   const int block_steps = block_samples_ * experiment.steps_per_sample();
   const double block_s = block_steps * sim::integration_step_s, step_s = sim::integration_step_s;
@@ -156,20 +175,12 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     return stimulus.rate_at(std::min(step, last_step));
   };
   for (int half = 0; half < 2 * bins_; ++half) {
-    // The least-squares line through the half's steps.
     const int bin_from = first_step_ + half / 2 * bin_steps_, first = bin_steps_ / 2;
     const int from = bin_from + half % 2 * first, count = half % 2 == 0 ? first : bin_steps_ - first;
     const int length = std::max(1, count);  // a bin of one step serves as both halves
-    double mean = 0.0, slope = 0.0, squares = 0.0;
-    for (int j = 0; j < length; ++j) {
-      const double place = j - 0.5 * (length - 1);
-      mean += rate_at(from + j) / length;
-      slope += place * rate_at(from + j);
-      squares += place * place;
-    }
-    slope = length > 1 ? slope / squares : 0.0;
-    rate_low_.push_back(mean - 0.5 * length * slope);
-    rate_high_.push_back(mean + 0.5 * length * slope);
+    const auto [low, high] = line_through(rate_at, from, length);
+    rate_low_.push_back(low);
+    rate_high_.push_back(high);
     const int here = std::clamp(from + length, 0, length);  // steps before the trial's start do not count
     weight_.push_back(decid::exp(-damping_ * step_s * bin_from) * here / length);
   }

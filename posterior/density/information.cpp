@@ -107,6 +107,29 @@ void put_lane(AlignedVector<double>& values, std::size_t k, std::size_t l, Compl
   values[(2 * k + 1) * lanes + l] = value.imag();
 }
 
+/// Returns value `half` of a column at twice its places, of 0 to `last`, as Kernels::refine does.
+double refined(std::span<const double> column, std::size_t half, std::size_t last) {
+  const double* at = column.data() + half / 2;
+  if (half % 2 == 0) return at[0];
+  if (half == 1 || half + 1 == last) return 0.5 * (at[0] + at[1]);
+  return std::fma(9.0 / 16, at[0] + at[1], -(1.0 / 16 * (at[-1] + at[2])));
+}
+
+/// Copies products of columns, in blocks of 4 x 4, into the lower triangle of matrices of `count` rows.
+void unpack(const AlignedVector<double>& blocks, std::size_t count, std::span<double> matrices) {
+  const double* products = blocks.data();
+  for (std::size_t i = 0; 4 * i < count; ++i) {
+    for (std::size_t j = 0; j <= i; ++j, products += std::size_t{16} * lanes) {
+      for (std::size_t r = 4 * i; r < std::min(4 * i + 4, count); ++r) {
+        for (std::size_t column = 4 * j; column < 4 * j + 4 && column <= r; ++column) {
+          const double* p = products + (4 * (r - 4 * i) + (column - 4 * j)) * lanes;
+          std::copy_n(p, lanes, matrices.data() + (triangle(r) + column) * lanes);
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 
 std::array<double, 3> Density::power_changes(const Chains& c, const Workspace& work, std::size_t k,
@@ -243,16 +266,10 @@ void Density::information(const Observation& observation, std::span<const double
   const DeadBandValues values = dead_band_values(c, work);
   const auto bins = static_cast<std::size_t>(bins_);
   work.fine_column.resize(2 * bins + 1);
-  // As in Kernels::refine.
-  const auto fine = [&](std::size_t half) {
-    const double* at = work.noise_column.data() + half / 2;
-    if (half % 2 == 0) return at[0];
-    if (half == 1 || half + 1 == 2 * bins) return 0.5 * (at[0] + at[1]);
-    return std::fma(9.0 / 16, at[0] + at[1], -(1.0 / 16 * (at[-1] + at[2])));
-  };
   for (std::size_t i = 0; i < noises; ++i) {
     noise_.column(static_cast<int>(i), work.noise_column);
-    for (std::size_t half = 0; half <= 2 * bins; ++half) work.fine_column[half] = fine(half);
+    for (std::size_t half = 0; half <= 2 * bins; ++half)
+      work.fine_column[half] = refined(work.noise_column, half, 2 * bins);
     run.dead_band_change(2 * bins_, values, work.fine_column.data(), work.halves.data());
     run.join(bins_, work.halves.data(), work.by_passed.data());
     passed_column(i, c.noise_gain);
@@ -261,17 +278,7 @@ void Density::information(const Observation& observation, std::span<const double
   run.add_products(static_cast<int>(strips), static_cast<int>(blocks_of_columns), work.columns.data(),
                    work.products.data());
 
-  const double* products = work.products.data();
-  for (std::size_t i = 0; i < blocks_of_columns; ++i) {
-    for (std::size_t j = 0; j <= i; ++j, products += std::size_t{16} * lanes) {
-      for (std::size_t r = 4 * i; r < std::min(4 * i + 4, count); ++r) {
-        for (std::size_t column = 4 * j; column < 4 * j + 4 && column <= r; ++column) {
-          const double* p = products + (4 * (r - 4 * i) + (column - 4 * j)) * lanes;
-          std::copy_n(p, lanes, matrices.data() + (triangle(r) + column) * lanes);
-        }
-      }
-    }
-  }
+  unpack(work.products, count, matrices);
   for (std::size_t l = 0; l < lanes; ++l) {
     const auto diagonal = [&](std::size_t i) -> double& { return matrices[(triangle(i) + i) * lanes + l]; };
     const double of_prior = 1.0 / (c.radius[l] * c.radius[l]);

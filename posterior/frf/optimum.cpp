@@ -15,9 +15,9 @@ namespace decid::frf {
 namespace {
 
 constexpr int max_attempts = 1000;
-constexpr double first_damping = 1e-2, max_damping = 1e10, least_damping = 1e-12;
-constexpr double least_information = 1e-9;  // of a coordinate without effect
-constexpr double settled = 1e-14;           // relative decrease of the misfit
+constexpr double first_damping = 1e-2, max_damping = 1e10, min_damping = 1e-12;
+constexpr double min_information = 1e-9;  // of a coordinate without effect
+constexpr double settled = 1e-14;         // relative decrease of the misfit
 constexpr double alike = 1e-6;
 constexpr std::uint64_t of_starts = std::uint64_t{1} << 33;  // the particle number of these random numbers
 
@@ -54,7 +54,7 @@ class Descent {
       }
       const double decrease = end.local.misfit - next.local.misfit;
       end = std::move(next);
-      damping = std::max(0.2 * damping, least_damping);
+      damping = std::max(0.2 * damping, min_damping);
       if (decrease <= settled * std::abs(end.local.misfit)) break;
     }
     return end;
@@ -72,7 +72,7 @@ class Descent {
     std::vector<double> factor(triangle(free.size())), step(free.size());
     for (std::size_t i = 0; i < free.size(); ++i) {
       for (std::size_t j = 0; j <= i; ++j) factor[triangle(i) + j] = end.local.information[triangle(free[i]) + free[j]];
-      factor[triangle(i) + i] += damping * factor[triangle(i) + i] + least_information;
+      factor[triangle(i) + i] += damping * factor[triangle(i) + i] + min_information;
       step[i] = end.local.gradient[free[i]];
     }
     std::vector<double> x = end.x;

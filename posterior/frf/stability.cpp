@@ -112,13 +112,13 @@ double angle(const Polynomial& p, double w) {
 /// m g h + 2 kp: the first delay that puts a root there makes the loop permanently unstable. With a larger kp_pass it
 /// may have two. At the larger w, which this takes, roots go to the right. At the smaller one they go back, so the loop
 /// may become stable again at longer delays; it counts as unstable there. Without damping nothing settles, and rounding
-/// would decide. Gains above largest_gain_of_mgh lose the digits of the difference in `square`.
+/// would decide. Gains above max_gain_over_mgh lose the digits of the difference in `square`.
 bool is_stable_with_unit_gains(const sim::Body& body, const sim::Coefficients& c) {
   using enum sim::Coefficient;
   const double j = body.inertia_kgm2, lean = body.mgh() - c[kp_pass];
   if (2.0 * c[kp] <= lean || (c[kd] <= 0.0 && c[kd_pass] <= 0.0)) return false;
-  constexpr double largest_gain_of_mgh = 1e6;  // no controller's
-  if (std::max({c[kp], c[kd], c[kp_pass], c[kd_pass]}) > largest_gain_of_mgh * body.mgh()) return false;
+  constexpr double max_gain_over_mgh = 1e6;  // no controller's
+  if (std::max({c[kp], c[kd], c[kp_pass], c[kd_pass]}) > max_gain_over_mgh * body.mgh()) return false;
   const double half = j * lean + 0.5 * c[kd_pass] * c[kd_pass] - 2.0 * c[kd] * c[kd];
   const double rest = lean * lean - 4.0 * c[kp] * c[kp], inside = half * half - j * j * rest;
   if (inside < 0.0) return true;

@@ -201,9 +201,9 @@ Table read_table(const std::filesystem::path& path) {
                 "name the columns frequency_hz, gain and phase_deg in its first line");
   const Column frequencies = read_frequencies(reader), gains = read_gains(reader), phases = read_phases(reader);
   const std::size_t rows = frequencies.values.size();
-  if (rows < fewest_rows || rows > max_table_rows)
+  if (rows < min_table_rows || rows > max_table_rows)
     throw Error(Code::setting_out_of_range, path.string(), "has " + counted(std::ssize(frequencies.values), "row"),
-                format("give %d to %zu frequencies", fewest_rows, max_table_rows));
+                format("give %d to %zu frequencies", min_table_rows, max_table_rows));
   Table table;
   table.file = path.string();
   for (std::size_t i = 0; i < rows; ++i)

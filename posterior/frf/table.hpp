@@ -27,7 +27,7 @@ struct Table {
 };
 
 /// The minimum number of rows: a controller has more unknowns than two frequencies have numbers.
-inline constexpr int fewest_rows = 3;
+inline constexpr int min_table_rows = 3;
 
 /// Reads a table. Columns may have any order and case, with a unit after the name or below it; other columns may hold
 /// anything:
@@ -45,7 +45,7 @@ inline constexpr int fewest_rows = 3;
 ///
 /// Throws Error for:
 /// - no file, no header, a missing or repeated column, two kinds of confidence, and a cell that is not a finite number;
-/// - fewer than fewest_rows rows or more than 1000, and frequencies that are not above 0, not rising or repeated;
+/// - fewer than min_table_rows rows or more than 1000, and frequencies that are not above 0, not rising or repeated;
 /// - gains and confidences that are not above 0, a coherence outside of 0 to 1, and cycles and harmonics that are not
 /// whole numbers;
 /// - a gain in decibels, and phases that look like radians without the name.

@@ -14,7 +14,7 @@
 namespace decid::posterior {
 namespace {
 
-constexpr std::size_t fewest_draws = 25;
+constexpr std::size_t min_draws = 25;
 
 /// Returns log(sum exp(values)).
 double log_sum(std::span<const double> values) {
@@ -105,10 +105,10 @@ double smooth(std::vector<double>& log_weights) {
 LeaveOneOut leave_one_out(std::span<const double> log_likelihood, int observations) {
   const std::size_t count = observations > 1 ? static_cast<std::size_t>(observations) : 0;
   const std::size_t draws = count > 0 ? log_likelihood.size() / count : 0;
-  if (draws < fewest_draws || log_likelihood.size() != draws * count)
+  if (draws < min_draws || log_likelihood.size() != draws * count)
     throw Error(Code::size_mismatch, "leave_one_out",
                 format("%zu values for %d observations", log_likelihood.size(), observations),
-                format("give at least 2 observations, and at least %zu draws of each", fewest_draws));
+                format("give at least 2 observations, and at least %zu draws of each", min_draws));
   if (!std::ranges::all_of(log_likelihood, [](double value) { return std::isfinite(value); }))
     throw Error(Code::value_invalid, "leave_one_out", "has values that are not finite",
                 "give logarithms of likelihoods");

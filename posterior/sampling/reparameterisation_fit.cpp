@@ -15,7 +15,7 @@ constexpr double value_weight = 0.1;  // of a point's noise, in addition to its 
 constexpr double min_scale = 1e-3;    // of a variable, as a fraction of its range
 constexpr double typical_density = 0.3;
 constexpr double shrinkage = 5e-3;  // of squares, per point with slopes; of widths, per point
-constexpr std::size_t fewest_points = 16;
+constexpr std::size_t min_points = 16;
 
 }  // namespace
 
@@ -190,7 +190,7 @@ ReparameterisationFit::LeastSquares ReparameterisationFit::log_widths(const Repa
 Reparameterisation ReparameterisationFit::fit() const {
   const auto with_slopes = static_cast<std::size_t>(
       std::ranges::count_if(points(), [](const Point* point) { return !point->slopes.empty(); }));
-  if (with_slopes < fewest_points) return {};
+  if (with_slopes < min_points) return {};
   Reparameterisation fit;
   const auto noises = static_cast<std::size_t>(density_.noise_size());
   const std::size_t count = variable_.size();

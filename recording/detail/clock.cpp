@@ -141,11 +141,11 @@ void warn_of_uneven_times(Clock& clock, double largest, double longest_step_s, c
 
 /// Returns true if the steps follow no grid, as those of headsets and webcams: a few uneven steps are a fault.
 bool follow_no_grid(const std::vector<double>& steps, double usual) {
-  constexpr std::size_t fewest_steps = 100, uneven_divisor = 10;  // one in ten
+  constexpr std::size_t min_steps = 100, uneven_divisor = 10;  // one in ten
   const auto is_uneven = [&](double step) {
     return std::abs(step - std::max(1.0, std::round(step / usual)) * usual) > even * usual;
   };
-  return steps.size() >= fewest_steps &&
+  return steps.size() >= min_steps &&
          uneven_divisor * static_cast<std::size_t>(std::ranges::count_if(steps, is_uneven)) >= steps.size();
 }
 
@@ -169,34 +169,115 @@ std::optional<Clock> clock_without_grid(const std::vector<double>& time, const s
   return clock;
 }
 
-/// Returns the clock of these times; `unit_s`: their unit in seconds.
-Clock clock_of(const std::vector<double>& time, double unit_s, const Table& table, const std::string& name,
-               const std::string& where, const std::string& setting_name) {
+std::vector<double> steps_between(const std::vector<double>& time) {
   std::vector<double> steps(time.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time[i + 1] - time[i];
-  const double usual = median(steps);
-  const auto is_even = [&](double step) { return step > 0.0 && std::abs(step - usual) <= even * usual; };
-  const double last = static_cast<double>(steps.size());
-  if (const std::optional<Clock> rounded = coarse_clock(time, unit_s, name)) return *rounded;
-  if (usual < 0.0)
-    throw Error(Code::times_uneven, where, "'" + name + "' runs backwards",
-                "reverse the rows, or give " + setting_name + " if the samples are in order");
-  Clock clock;
-  if (std::all_of(steps.begin(), steps.end(), is_even)) {
-    // Steps agree with the median to 1%; their mean is exact where the times were rounded.
-    clock.rate_hz = near_whole(1.0 / ((time.back() - time.front()) / last * unit_s));
-    return clock;
-  }
-  const auto describe_step = [&](std::size_t i) {
+  return steps;
+}
+
+/// Returns true if step i goes far back, to the first time: the times begin again.
+bool begins_again(const std::vector<double>& time, const std::vector<double>& steps, double usual, std::size_t i) {
+  return steps[i] < -10.0 * usual && time[i + 1] <= time.front() + usual;
+}
+
+/// A time column, and where messages say that it is.
+struct Times {
+  const Table& table;
+  const std::string &name, &where, &setting_name;
+  std::vector<double> time;
+  double unit_s;
+  std::vector<double> steps = steps_between(time);
+  double usual = median(steps);
+
+  bool is_even(double step) const { return step > 0.0 && std::abs(step - usual) <= even * usual; }
+  double length() const { return time.back() - time.front(); }
+
+  std::string describe_step(std::size_t i) const {
     const std::string here = table.locate(i + 1) + ": '" + name + "' ";
     if (steps[i] == 0.0) return here + "repeats";
     if (steps[i] < 0.0) return here + "goes backwards, by " + six_digits(-steps[i]);
     return here + "steps by " + six_digits(steps[i]) + ", elsewhere by " + six_digits(usual);
-  };
+  }
+  std::string first_uneven() const {
+    const auto uneven = std::ranges::find_if_not(steps, [&](double step) { return is_even(step); });
+    return describe_step(static_cast<std::size_t>(uneven - steps.begin()));
+  }
+};
+
+/// Adds the unevenness of times without a grid.
+Clock with_unevenness(Clock clock, const Times& times) {
+  clock.first_uneven = times.first_uneven();
+  double largest = 0.0, longest = 0.0;
+  for (std::size_t i = 1; i < clock.place.size(); ++i) {
+    const double step = clock.place[i] - clock.place[i - 1];
+    if (step > clock.gap) continue;
+    largest = std::max(largest, std::abs(step - 1.0));
+    longest = std::max(longest, step);
+  }
+  warn_of_uneven_times(clock, largest, longest / clock.rate_hz, times.name, times.setting_name);
+  return clock;
+}
+
+/// Returns the place of the last sample on a grid of the usual step. Throws Error for a step that is not a multiple of
+/// it.
+double count_places(const Times& times) {
+  double places = 0.0;
+  for (std::size_t i = 0; i < times.steps.size(); ++i) {
+    const double step = times.steps[i], multiple = std::round(step / times.usual);
+    if (times.usual <= 0.0 && step > 0.0) continue;  // a later step is the one to report
+    // The condition is written so that a NaN step fails. No gap is as long as the longest recording.
+    if (step > 0.0 && multiple >= 1.0 && std::abs(step - multiple * times.usual) <= gross * times.usual &&
+        places + multiple < static_cast<double>(max_rows)) {
+      places += multiple;
+      continue;
+    }
+    // Among times without a grid only steps that do not go on are faults.
+    const auto backwards = std::ranges::find_if(times.steps, [](double other) { return !(other > 0.0); });
+    const bool is_free = backwards != times.steps.end() && follow_no_grid(times.steps, times.usual);
+    throw Error(Code::times_uneven, times.where,
+                times.describe_step(is_free ? static_cast<std::size_t>(backwards - times.steps.begin()) : i),
+                "correct the times, or give " + times.setting_name + " if the samples are evenly spaced");
+  }
+  return places;
+}
+
+/// Returns the clock of times on a grid with gaps.
+Clock clock_with_gaps(const Times& times) {
+  const double places = count_places(times);
+  Clock clock;
+  clock.first_uneven = times.first_uneven();
+  clock.rate_hz = near_whole(places / (times.length() * times.unit_s));
+  const double per_unit = places / times.length();
+  double largest = 0.0;
+  for (std::size_t i = 0; i < times.time.size(); ++i) {
+    clock.place.push_back((times.time[i] - times.time.front()) * per_unit);
+    if (i > 0) {
+      const double step = clock.place[i] - clock.place[i - 1];
+      largest = std::max(largest, std::abs(step - std::max(1.0, std::round(step))));
+    }
+  }
+  if (largest > even)
+    warn_of_uneven_times(clock, largest, (1.0 + largest) / clock.rate_hz, times.name, times.setting_name);
+  return clock;
+}
+
+Clock clock_of(const Times& times) {
+  const std::vector<double>&time = times.time, &steps = times.steps;
+  const double unit_s = times.unit_s, last = static_cast<double>(steps.size());
+  if (const std::optional<Clock> rounded = coarse_clock(time, unit_s, times.name)) return *rounded;
+  if (times.usual < 0.0)
+    throw Error(Code::times_uneven, times.where, "'" + times.name + "' runs backwards",
+                "reverse the rows, or give " + times.setting_name + " if the samples are in order");
+  Clock clock;
+  if (std::ranges::all_of(steps, [&](double step) { return times.is_even(step); })) {
+    // Steps agree with the median to 1%; their mean is exact where the times were rounded.
+    clock.rate_hz = near_whole(1.0 / (times.length() / last * unit_s));
+    return clock;
+  }
   for (std::size_t i = 0; i < steps.size(); ++i)
-    if (usual > 0.0 && steps[i] < -10.0 * usual && time[i + 1] <= time.front() + usual)
-      throw Error(Code::recording_ambiguous, where,
-                  table.locate(i + 1) + ": '" + name + "' starts again: the file holds several recordings",
+    if (times.usual > 0.0 && begins_again(time, steps, times.usual, i))
+      throw Error(Code::recording_ambiguous, times.where,
+                  times.table.locate(i + 1) + ": '" + times.name + "' starts again: the file holds several recordings",
                   "save each recording as its own file");
   if (const std::optional<double> step = rounded_step(time, unit_s)) {
     clock.rate_hz = near_whole(1.0 / (*step * unit_s));
@@ -205,79 +286,35 @@ Clock clock_of(const std::vector<double>& time, double unit_s, const Table& tabl
     if (std::abs(whole / clock.rate_hz - 1.0) * last < 0.5 * 1e-3 * clock.rate_hz) clock.rate_hz = whole;
     return clock;
   }
-  const auto first_uneven = [&] {
-    return describe_step(static_cast<std::size_t>(std::ranges::find_if_not(steps, is_even) - steps.begin()));
-  };
-  if (std::optional<Clock> free = clock_without_grid(time, steps, usual, unit_s)) {
-    free->first_uneven = first_uneven();
-    double largest = 0.0, longest = 0.0;
-    for (std::size_t i = 1; i < free->place.size(); ++i) {
-      const double step = free->place[i] - free->place[i - 1];
-      if (step > free->gap) continue;
-      largest = std::max(largest, std::abs(step - 1.0));
-      longest = std::max(longest, step);
-    }
-    warn_of_uneven_times(*free, largest, longest / free->rate_hz, name, setting_name);
-    return *free;
-  }
-  double places = 0.0;  // of the last sample
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    const double multiple = std::round(steps[i] / usual);
-    if (usual <= 0.0 && steps[i] > 0.0) continue;  // a later step is the one to report
-    // The condition is written so that a NaN step fails. No gap is as long as the longest recording.
-    if (steps[i] > 0.0 && multiple >= 1.0 && std::abs(steps[i] - multiple * usual) <= gross * usual &&
-        places + multiple < static_cast<double>(max_rows)) {
-      places += multiple;
-      continue;
-    }
-    // Among times without a grid only steps that do not go on are faults.
-    const auto backwards = std::ranges::find_if(steps, [](double step) { return !(step > 0.0); });
-    const bool is_free = backwards != steps.end() && follow_no_grid(steps, usual);
-    throw Error(Code::times_uneven, where,
-                describe_step(is_free ? static_cast<std::size_t>(backwards - steps.begin()) : i),
-                "correct the times, or give " + setting_name + " if the samples are evenly spaced");
-  }
-  clock.first_uneven = first_uneven();
-  clock.rate_hz = near_whole(places / ((time.back() - time.front()) * unit_s));
-  const double per_unit = places / (time.back() - time.front());
-  double largest = 0.0;
-  for (std::size_t i = 0; i < time.size(); ++i) {
-    clock.place.push_back((time[i] - time.front()) * per_unit);
-    if (i > 0) {
-      const double step = clock.place[i] - clock.place[i - 1];
-      largest = std::max(largest, std::abs(step - std::max(1.0, std::round(step))));
-    }
-  }
-  if (largest > even) warn_of_uneven_times(clock, largest, (1.0 + largest) / clock.rate_hz, name, setting_name);
-  return clock;
+  if (std::optional<Clock> free = clock_without_grid(time, steps, times.usual, unit_s))
+    return with_unevenness(std::move(*free), times);
+  return clock_with_gaps(times);
 }
 
 }  // namespace
 
 Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting_name) {
   const std::string& name = table.name(column);
-  const std::vector<double> time = table.times(column);
-  const double unit_s = time_unit_s(name);
-  Clock clock = clock_of(time, unit_s, table, name, where, setting_name);
-  clock.first_s = time.front() * unit_s;
+  const Times times{table, name, where, setting_name, table.times(column), time_unit_s(name)};
+  Clock clock = clock_of(times);
+  clock.first_s = times.time.front() * times.unit_s;
   return clock;
 }
 
 std::vector<std::size_t> restarts(const Table& table, int column) {
-  constexpr std::size_t fewest = 20;
+  constexpr std::size_t min_times = 20;
   std::vector<double> time;
   try {
     time = table.times(column);
   } catch (const Error&) {  // the file has no times
   }
-  if (time.size() < fewest) return {};
-  std::vector<double> steps(time.size() - 1);
-  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time[i + 1] - time[i];
+  if (time.size() < min_times) return {};
+  const std::vector<double> steps = steps_between(time);
   const auto [first, last] = std::ranges::minmax(time);
   const double usual = median(steps), far = 0.1 * (last - first);
   std::vector<std::size_t> rows;
   for (std::size_t i = 1; i < steps.size(); ++i) {
-    const bool at_front = steps[i] < -10.0 * usual && time[i + 1] <= time.front() + usual;
+    const bool at_front = begins_again(time, steps, usual, i);
     if (!(-steps[i] > far || (usual > 0.0 && at_front))) continue;
     const bool is_single = steps[i - 1] >= far || (i + 1 < steps.size() && steps[i + 1] >= far);
     if (!is_single) rows.push_back(i + 1);

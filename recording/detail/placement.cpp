@@ -27,11 +27,11 @@ std::string count_at(std::size_t samples, double rate_hz) {
 /// Returns the time 0 of a file whose times begin before it, in seconds after its first sample, if the protocol fits
 /// behind it and the file is longer than the protocol.
 std::optional<double> zero_behind_start(const Recording& recording, const sim::Protocol& protocol) {
-  constexpr double shortest_s = 0.1;
+  constexpr double min_zero_s = 0.1;
   const double zero_s = -recording.first_time_s, duration_s = protocol.duration_s();
   const double recorded_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz;
   const double sample_s = 1.0 / std::min(protocol.experiment.sample_rate_hz, recording.rate_hz);
-  if (zero_s < shortest_s || recorded_s - duration_s <= usual_excess_s * (1.0 + 1e-9)) return {};
+  if (zero_s < min_zero_s || recorded_s - duration_s <= usual_excess_s * (1.0 + 1e-9)) return {};
   if (recorded_s - zero_s < duration_s - sample_s * (1.0 + length_rounding)) return {};
   return zero_s;
 }

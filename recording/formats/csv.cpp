@@ -86,16 +86,7 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
   const std::size_t bytes = text.size();
   text_ = with_short_lines(without_empty_end(std::move(text)), where_);
   ends_in_line_ = text_.size() == bytes && !text_.ends_with('\n') && !text_.ends_with('\r');
-  if (skip_lines) {
-    preamble_ = preamble_behind(text_, static_cast<std::size_t>(*skip_lines));
-  } else {
-    preamble_ = find_preamble(text_);
-    if (!preamble_.misfit.problem.empty())
-      throw Error(Code::table_unclear, where_, preamble_.misfit.problem,
-                  preamble_.misfit.remedy + "; or give " + setting("skip_lines") + " " +
-                      std::to_string(preamble_.lines) + ": the columns then have only numbers, which " +
-                      setting("column") + " and " + setting("unit") + " refer to");
-  }
+  read_preamble(skip_lines);
   names_ = preamble_.names;
   check_columns(names_.size());
   has_header_ = !names_.empty();
@@ -113,17 +104,7 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
     const std::string_view above =
         std::string_view(text_).substr(0, static_cast<std::size_t>(line.data() - text_.data()));
     if (!follows && rows_.empty() && header_lines_ == 0) read_comments(above, preamble_.rates, preamble_.units);
-    if (names_.empty()) {
-      read_header(line);
-      if (has_header_) {
-        ++header_lines_;
-        header_line_ = line;
-        return true;
-      }
-      std::vector<std::string> names = commented_names(above, separator_, names_.size());
-      has_header_ = !names.empty();
-      if (has_header_) names_ = std::move(names);
-    }
+    if (names_.empty() && read_names(line, above)) return true;
     const bool is_last = line.data() + line.size() == text_.data() + text_.size();
     if (is_last && ends_in_line_ && is_cut(line)) {
       add_info(warnings_, "last_line_cut",
@@ -140,24 +121,53 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
       }
       check_row(cells, line_number);
     }
-    if (rows_.empty()) {
-      // Names are often quoted when numbers are not. Rows are about as long as the first one.
-      const std::string_view rest =
-          std::string_view(text_).substr(static_cast<std::size_t>(line.data() - text_.data()));
-      is_plain_ = is_plain(rest, separator_);
-      rows_.reserve(std::min(max_rows, rest.size() / (line.size() + 1) + 1));
-      if (!is_plain_) cells_.reserve(rows_.capacity() * names_.size());
-    }
-    rows_.push_back(line);
-    if (!is_plain_) index_cells(cells);
-    if (rows_.size() > max_rows) {
-      throw Error(Code::file_too_large, where_, "has more than 10 million rows", "cut it to one trial");
-    }
+    add_row(line, cells);
     return true;
   });
   if (rows_.empty())
     throw Error(Code::file_empty, where_, "holds no lines of data", "give a CSV file with lines of numbers");
   if (has_header_) add_units(preamble_.units, names_);
+}
+
+void CsvTable::read_preamble(std::optional<int> skip_lines) {
+  if (skip_lines) {
+    preamble_ = preamble_behind(text_, static_cast<std::size_t>(*skip_lines));
+    return;
+  }
+  preamble_ = find_preamble(text_);
+  if (!preamble_.misfit.problem.empty())
+    throw Error(Code::table_unclear, where_, preamble_.misfit.problem,
+                preamble_.misfit.remedy + "; or give " + setting("skip_lines") + " " + std::to_string(preamble_.lines) +
+                    ": the columns then have only numbers, which " + setting("column") + " and " + setting("unit") +
+                    " refer to");
+}
+
+/// Sets the names by the table's first line, or by a comment above it. Returns true if the line is the header.
+bool CsvTable::read_names(std::string_view line, std::string_view above) {
+  read_header(line);
+  if (has_header_) {
+    ++header_lines_;
+    header_line_ = line;
+    return true;
+  }
+  std::vector<std::string> names = commented_names(above, separator_, names_.size());
+  has_header_ = !names.empty();
+  if (has_header_) names_ = std::move(names);
+  return false;
+}
+
+void CsvTable::add_row(std::string_view line, const std::vector<std::string_view>& cells) {
+  if (rows_.empty()) {
+    // Names are often quoted when numbers are not. Rows are about as long as the first one.
+    const std::string_view rest = std::string_view(text_).substr(static_cast<std::size_t>(line.data() - text_.data()));
+    is_plain_ = is_plain(rest, separator_);
+    rows_.reserve(std::min(max_rows, rest.size() / (line.size() + 1) + 1));
+    if (!is_plain_) cells_.reserve(rows_.capacity() * names_.size());
+  }
+  rows_.push_back(line);
+  if (!is_plain_) index_cells(cells);
+  if (rows_.size() > max_rows)
+    throw Error(Code::file_too_large, where_, "has more than 10 million rows", "cut it to one trial");
 }
 
 /// Returns true for a line after a blank line that is not a row of the table: a section's name or a footer.

@@ -55,6 +55,8 @@ class CsvTable final : public Table {
   template <class Visit>
   void visit_lines(const Visit& visit) const;
   char find_separator() const;
+  void read_preamble(std::optional<int> skip_lines);
+  bool read_names(std::string_view line, std::string_view above);
   void read_header(std::string_view line);
   void check_columns(std::size_t count) const;
   bool begins_another(std::string_view line) const;
@@ -62,6 +64,7 @@ class CsvTable final : public Table {
   bool is_cut(std::string_view line) const;
   bool read_units(const std::vector<std::string_view>& cells);
   void check_row(const std::vector<std::string_view>& cells, std::size_t line_number) const;
+  void add_row(std::string_view line, const std::vector<std::string_view>& cells);
   void index_cells(const std::vector<std::string_view>& cells);
   std::string_view cell(std::size_t row, std::size_t column) const;
   Commas commas_in(int column) const;

@@ -20,7 +20,7 @@ constexpr double max_tilt_deg = 45.0;
 constexpr int max_cycles = 100'000;
 constexpr std::size_t max_samples = 1'000'000, max_components = 100, max_moves = 10'000;
 /// Linear interpolation between samples follows a sine of this many samples per period to 3%.
-constexpr int fewest_samples_a_period = 10;
+constexpr int min_samples_per_period = 10;
 /// Bounds of broken_joint.
 constexpr double max_joint_steps = 5.0, min_joint_deg = 0.01;
 
@@ -107,7 +107,7 @@ void check_kind(const Checker& check, const Sines& sines, int steps_per_sample) 
   check_count(check, "sines components", sines.components.size(), 1, max_components);
   check_sampled(check, "sines ", sines, steps_per_sample);
   check_given_cycle(check, "sines ", sines, steps_per_sample);
-  const double highest_hz = static_cast<double>(steps_per_second) / (steps_per_sample * fewest_samples_a_period);
+  const double highest_hz = static_cast<double>(steps_per_second) / (steps_per_sample * min_samples_per_period);
   double sum = 0.0;
   for (std::size_t i = 0; i < sines.components.size(); ++i) {
     const Sine& sine = sines.components[i];
@@ -133,7 +133,7 @@ void check_kind(const Checker& check, const RaisedCosines& cosines, int steps_pe
   check_count(check, "raised_cosines moves", cosines.moves.size(), 1, max_moves);
   check_sampled(check, "raised_cosines ", cosines, steps_per_sample);
   check_given_cycle(check, "raised_cosines ", cosines, steps_per_sample);
-  const double shortest_s = static_cast<double>(steps_per_sample * fewest_samples_a_period) / steps_per_second;
+  const double min_move_s = static_cast<double>(steps_per_sample * min_samples_per_period) / steps_per_second;
   double level = 0.0;
   int end = 0;  // of the previous move, ms
   for (std::size_t i = 0; i < cosines.moves.size(); ++i) {
@@ -141,7 +141,7 @@ void check_kind(const Checker& check, const RaisedCosines& cosines, int steps_pe
     const std::string prefix = "raised_cosines moves[" + std::to_string(i) + "] ";
     check.within(prefix + "start_s", move.start_s, 0.0, longest_trial_s);
     check.whole_milliseconds(prefix + "start_s", move.start_s);
-    check.within(prefix + "duration_s", move.duration_s, shortest_s, longest_trial_s);
+    check.within(prefix + "duration_s", move.duration_s, min_move_s, longest_trial_s);
     check.whole_milliseconds(prefix + "duration_s", move.duration_s);
     check.within(prefix + "amplitude_deg", move.amplitude_deg, -max_tilt_deg, max_tilt_deg);
     if (move.amplitude_deg == 0.0) check.fail(prefix + "amplitude_deg", "is 0", "leave the move out");

@@ -13,8 +13,8 @@ namespace decid::iterative {
 namespace {
 
 constexpr double block_rate_hz = 10.0;
-constexpr int fewest_bins = 20;
-constexpr int fewest_in_band = 4;
+constexpr int min_bins = 20;
+constexpr int min_bins_in_band = 4;
 constexpr double tapered = 0.1;     // part of the trial at each end
 constexpr double band_width = 0.2;  // of its frequency
 constexpr double temperature = 2.0;
@@ -42,7 +42,7 @@ TrialSpectrum::TrialSpectrum(const sim::Protocol& protocol)
       bin_hz_(protocol.experiment.sample_rate_hz / (static_cast<double>(block_) * length_)),
       fft_(length_) {
   bins_ = std::min(fft_.bins() - 1, static_cast<int>(highest_hz / bin_hz_));
-  if (bins_ < fewest_bins)
+  if (bins_ < min_bins)
     throw Error(Code::setting_out_of_range, "fit",
                 "trials of " + std::to_string(protocol.duration_s()) + " s have " + std::to_string(bins_) +
                     " frequencies up to 4 Hz",
@@ -60,7 +60,7 @@ TrialSpectrum::TrialSpectrum(const sim::Protocol& protocol)
   bands_.push_back(0);
   while (bands_.back() < bins_) {
     const int first = bands_.back();
-    int next = first + std::max(fewest_in_band, static_cast<int>(band_width * (first + 1)));
+    int next = first + std::max(min_bins_in_band, static_cast<int>(band_width * (first + 1)));
     for (const int jump : {noise_begins, noise_ends})
       if (first < jump && jump < next) next = jump;
     bands_.push_back(std::min(next, bins_));

@@ -15,7 +15,7 @@
 
 namespace decid::tools {
 GroupTable read_group_table(const std::string& table, const std::vector<RecordingSource>& recordings,
-                            std::size_t least) {
+                            std::size_t min_groups) {
   StudySheet sheet = read_sheet(table);
   const std::string column = sheet.participant_column;
   const auto group_column =
@@ -55,7 +55,7 @@ GroupTable read_group_table(const std::string& table, const std::vector<Recordin
     const SheetLine& line = plan.sheet->lines[place];
     groups.unused.push_back({line.number, line.file.empty() ? line.entry.participant : line.file});
   }
-  refuse_groups(groups.members, table, least);
+  refuse_groups(groups.members, table, min_groups);
   return groups;
 }
 
@@ -87,15 +87,15 @@ GroupTable read_groups(const GroupFlags& flags, const RecordingFlags& recordings
                        bool quiet) {
   if (!flags.given()) return {};
   refuse_repeated(plan, "--group");
-  const std::size_t least = flags.within.empty() && flags.covariates.empty() ? 2 : 1;
+  const std::size_t min_groups = flags.within.empty() && flags.covariates.empty() ? 2 : 1;
   const std::string& table = flags.table;
   std::error_code ignored;
   GroupTable groups;
   if (table.empty() || (plan.sheet && std::filesystem::equivalent(table, plan.sheet->file, ignored))) {
     groups = groups_of_plan(plan, !table.empty());
-    refuse_groups(groups.members, table.empty() ? recordings.study : table, least, &plan);
+    refuse_groups(groups.members, table.empty() ? recordings.study : table, min_groups, &plan);
   } else {
-    groups = read_group_table(table, recordings.sources, least);
+    groups = read_group_table(table, recordings.sources, min_groups);
   }
   if (const std::string note = note_on_groupless(plan, groups); !note.empty() && !quiet && is_root())
     std::cerr << "note: " << note << '\n';

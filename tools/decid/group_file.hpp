@@ -17,7 +17,7 @@ namespace decid::tools {
 /// many cells or without a cell of the group, for a line with a group and no person, for two different lines of one
 /// recording, for a recording without a line, and as refuse_groups() does.
 GroupTable read_group_table(const std::string& table, const std::vector<RecordingSource>& recordings,
-                            std::size_t least = 2);
+                            std::size_t min_groups = 2);
 
 /// The values of the options that compare participants.
 struct GroupFlags {

@@ -53,14 +53,14 @@ std::string digest(const std::string& path) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) return {};
   try {
-    constexpr std::size_t most = std::size_t{16} << 20;
+    constexpr std::size_t end_bytes = std::size_t{16} << 20;
     const DiskFile file(path, DiskFile::Access::read);
     const std::uint64_t size = file.size();
-    std::vector<std::byte> bytes(static_cast<std::size_t>(std::min<std::uint64_t>(size, most)));
+    std::vector<std::byte> bytes(static_cast<std::size_t>(std::min<std::uint64_t>(size, end_bytes)));
     Sha256 hash;
     bytes.resize(file.read(0, bytes));
     hash.update(bytes.data(), bytes.size());
-    if (size > most) {
+    if (size > end_bytes) {
       bytes.resize(file.read(size - bytes.size(), bytes));
       hash.update(bytes.data(), bytes.size());
     }

@@ -119,9 +119,9 @@ SelfTest balance_test(const sim::Stimulus& stimulus, const Balanced& balanced, i
 }
 
 double peak(const std::vector<double>& values) {
-  double most = 0.0;
-  for (const double value : values) most = std::max(most, std::abs(value));
-  return most;
+  double largest = 0.0;
+  for (const double value : values) largest = std::max(largest, std::abs(value));
+  return largest;
 }
 
 std::string limits_constants(const ControllerLimits& limits) {
@@ -137,6 +137,108 @@ std::string limits_comment(const ControllerLimits& limits) {
   std::string text;
   for (const std::string& line : limits_text(limits)) text += "\n   " + comment(line);
   return text;
+}
+
+/// A controller with its body, at its steps.
+struct Loop {
+  const sim::Body& body;
+  const sim::Family& family;
+  sim::Coefficients of;
+  bool unit_gains;
+  int steps_per_second;
+
+  double step_s() const { return 1.0 / steps_per_second; }
+};
+
+std::string header_constants(const Loop& loop, const SelfTest& test) {
+  const int delay_steps = static_cast<int>(sim::longest_delay_s * loop.steps_per_second) + 2;
+  return define("DECID_FW_STEPS_PER_SECOND", loop.steps_per_second) + define_double("DECID_FW_STEP_S", loop.step_s()) +
+         define_double("DECID_FW_LONGEST_DELAY_S", sim::longest_delay_s) + define("DECID_FW_DELAY_STEPS", delay_steps) +
+         define_double("DECID_FW_MASS_KG", loop.body.mass_kg) +
+         define_double("DECID_FW_COM_HEIGHT_M", loop.body.com_height_m) +
+         define_double("DECID_FW_INERTIA_KGM2", loop.body.inertia_kgm2) +
+         define_double("DECID_FW_MGH_NM_RAD", loop.body.mgh()) + define("DECID_FW_TEST_STEPS", test.steps());
+}
+
+/// Returns the header, with DECID_FW in its names.
+std::string header_text(const Loop& loop, const ControllerLimits& limits, const SelfTest& test,
+                        const std::string& origin) {
+  const sim::Body& body = loop.body;
+  std::string header =
+      "/* " + origin +
+      format(
+          "\n   For a body of %.6g kg whose centre of mass is %.6g m above the ankles: m g h %.6g N m/rad."
+          "\n   Simulated with this body and the parameters that this file was made with:",
+          body.mass_kg, body.com_height_m, body.mgh()) +
+      limits_comment(limits) + "\n   How to use it: docs/guide/firmware.md of decid. */\n";
+  header += embedded::firmware_controller_header();
+  header = replaced(header, "@CONSTANTS@", header_constants(loop, test));
+  header =
+      replaced(header, "@LIMITS@", limits_constants(limits) + define("DECID_FW_CHECKS_GAINS", loop.unit_gains ? 1 : 0));
+  struct Choice {
+    const char *mark, *unit_gains, *other_gains;
+  };
+  const std::string check(embedded::firmware_check_header());
+  for (const Choice& choice : {Choice{"@OTHER_GAINS@", other_gains_checked, other_gains_unchecked},
+                               {"@CHECK@", check.c_str(), ""},
+                               {"@PASSIVE_LIMIT@", passive_limit, ""},
+                               {"@TEST_OF_CHECK@", test_of_check, ""},
+                               {"@GAINS@", "", gain_members},
+                               {"@STATE@", "", gain_state},
+                               {"@TILT_ERROR@", "", gain_tilt_error},
+                               {"@REZERO@", unit_rezero, gain_rezero}})
+    header = replaced(header, choice.mark, loop.unit_gains ? choice.unit_gains : choice.other_gains);
+  return header;
+}
+
+constexpr const char* source_comment = R"(
+   Plain C99, or C++. No library at all, no memory but what the caller gives. All numbers are IEEE 754; gcc outside of
+   -std=c99 needs -ffp-contract=off, no compiler may have -ffast-math or -ffinite-math-only. The self-test tells if the
+   bits are right. */
+)";
+
+/// Returns the constants that the source needs to be compiled.
+std::string source_constants(const Loop& loop, const frf::StabilityMargins& margins, const SelfTest& test) {
+  const double step_over_inertia = loop.step_s() / loop.body.inertia_kgm2;
+  const std::array<double, 3> sine = sine_coefficients_at(loop.body, loop.steps_per_second);
+  std::string text;
+  for (const char* unused : {"USES_LOG", "USES_EXPONENTIAL", "USES_FMA_FLOAT", "USES_FLOAT_BITS"})
+    text += define(unused, 0);
+  text +=
+      define("USES_SQUARE_ROOT", loop.unit_gains ? 1 : 0) + define("USES_FMA_DOUBLE", 1) + define("USES_IS_FINITE", 1) +
+      define_double("LARGEST_GAIN", std::numeric_limits<double>::max()) +
+      // Half of the largest whose torque is finite: what rounding adds to it is less.
+      define_double("LARGEST_COMMAND", 0.5 * std::numeric_limits<double>::max() * std::min(1.0, step_over_inertia)) +
+      define_double("STEP_OVER_INERTIA", step_over_inertia) + define_double("BODY_MGH", loop.body.mgh()) +
+      define("UNIT_GAINS", loop.unit_gains ? 1 : 0);
+  if (loop.unit_gains)
+    text += define("USES_PHASE", 1) + define_double("LARGEST_DELAY_MARGIN_S", frf::max_delay_margin_s) +
+            define_double("LARGEST_GAIN_MARGIN", frf::max_gain_margin) + borders_of_check(margins);
+  text += define_double("SINE_0", sine[0]) + define_double("SINE_1", sine[1]) + define_double("SINE_2", sine[2]) +
+          define("STEPS_PER_SAMPLE", test.steps_per_sample) +
+          define("STEPS_PER_INTERVAL", test.stimulus.interval_steps) + define("TEST_INTERVALS", test.intervals()) +
+          format("#define TEST_HASH 0x%016llxU\n\n", static_cast<unsigned long long>(test.hash));
+  if (!loop.unit_gains)
+    text += define_double("SLOW_LEAK", 1.0 / loop.family.slow_time_s) +
+            define_double("TORQUE_LEAK", 1.0 / loop.family.torque_time_s) + "\n";
+  return text;
+}
+
+/// Returns the source below its first #include, with DECID_FW in its names.
+std::string source_text(const Loop& loop, const frf::StabilityMargins& margins, const SelfTest& test) {
+  std::string source = "#include <float.h>\n#include <stddef.h>\n#include <stdint.h>\n\n";
+  source += source_constants(loop, margins, test);
+  source += embedded::firmware_arithmetic();
+  source += "\n" + parameter_table(loop.of, loop.unit_gains) +
+            table("static const double test_tilt[]", test.stimulus.tilt_rad) +
+            table("static const double test_rate[]", test.stimulus.rate_rad_s) + "\n";
+  source += embedded::firmware_controller();
+  if (loop.unit_gains) {
+    source += "\n";
+    source += embedded::firmware_angle();
+    source += embedded::firmware_check();
+  }
+  return source;
 }
 
 }  // namespace
@@ -160,8 +262,8 @@ int steps_per_second_of(double step_s) {
 
 std::vector<std::string> limits_text(const ControllerLimits& limits) {
   const frf::StabilityMargins& margins = limits.margins;
-  const auto up_to = [](double value, double most, const char* shown) {
-    return (value < most ? "" : "at least ") + format(shown, value);
+  const auto up_to = [](double value, double max, const char* shown) {
+    return (value < max ? "" : "at least ") + format(shown, value);
   };
   std::vector<std::string> lines{"the loop is UNSTABLE: a small lean grows without limit"};
   if (margins.stable)
@@ -183,89 +285,27 @@ ControllerFiles controller_files(const sim::Parameters& parameters, const sim::P
   from_rest.standing_s = 0.0;  // so begins the self-test
   const sim::Simulator simulator(from_rest);
   const sim::Family& family = protocol.family();
+  const sim::Body& body = protocol.experiment.body;
   const sim::Parameters noise_free = family.without_noise(parameters);
   SelfTest test = simulate_test(simulator, noise_free);
   const bool is_other_step = steps_per_second != sim::steps_per_second;
   const sim::Stimulus stimulus =
       is_other_step ? stimulus_at(simulator.stimulus(), steps_per_second) : simulator.stimulus();
-  const Balanced balanced =
-      balance(family, family.coefficients(noise_free), protocol.experiment.body, stimulus, steps_per_second);
+  const Balanced balanced = balance(family, family.coefficients(noise_free), body, stimulus, steps_per_second);
   if (balanced.sway.size() < stimulus.rate_rad_s.size())
     refuse_fall(static_cast<double>(balanced.sway.size()) * stimulus.interval_steps / steps_per_second);
   if (is_other_step) test = balance_test(stimulus, balanced, steps_per_second);
-  const double step_s = 1.0 / steps_per_second;
 
-  const sim::Body& body = protocol.experiment.body;
-  sim::Coefficients sampled = family.coefficients(parameters);
-  sampled[sim::Coefficient::delay] += step_s;
+  const Loop loop{body, family, family.coefficients(parameters), family.has_unit_gains(), steps_per_second};
+  sim::Coefficients sampled = loop.of;
+  sampled[sim::Coefficient::delay] += loop.step_s();
   const ControllerLimits limits{.margins = frf::stability_margins(body, family, sampled),
                                 .peak_tilt_rad = peak(stimulus.tilt_rad),
                                 .peak_sway_rad = peak(balanced.sway),
                                 .peak_active_torque_nm = balanced.peak_active_torque_nm};
-  std::string header =
-      "/* " + origin +
-      format(
-          "\n   For a body of %.6g kg whose centre of mass is %.6g m above the ankles: m g h %.6g N m/rad."
-          "\n   Simulated with this body and the parameters that this file was made with:",
-          body.mass_kg, body.com_height_m, body.mgh()) +
-      limits_comment(limits) + "\n   How to use it: docs/guide/firmware.md of decid. */\n";
-  header += embedded::firmware_controller_header();
-  const int delay_steps = static_cast<int>(sim::longest_delay_s * steps_per_second) + 2;
-  header = replaced(header, "@CONSTANTS@",
-                    define("DECID_FW_STEPS_PER_SECOND", steps_per_second) + define_double("DECID_FW_STEP_S", step_s) +
-                        define_double("DECID_FW_LONGEST_DELAY_S", sim::longest_delay_s) +
-                        define("DECID_FW_DELAY_STEPS", delay_steps) + define_double("DECID_FW_MASS_KG", body.mass_kg) +
-                        define_double("DECID_FW_COM_HEIGHT_M", body.com_height_m) +
-                        define_double("DECID_FW_INERTIA_KGM2", body.inertia_kgm2) +
-                        define_double("DECID_FW_MGH_NM_RAD", body.mgh()) + define("DECID_FW_TEST_STEPS", test.steps()));
-  const bool unit_gains = family.has_unit_gains();
-  header = replaced(header, "@LIMITS@", limits_constants(limits) + define("DECID_FW_CHECKS_GAINS", unit_gains ? 1 : 0));
-  header = replaced(header, "@OTHER_GAINS@", unit_gains ? other_gains_checked : other_gains_unchecked);
-  header = replaced(header, "@CHECK@", unit_gains ? std::string(embedded::firmware_check_header()) : std::string());
-  header = replaced(header, "@PASSIVE_LIMIT@", unit_gains ? passive_limit : "");
-  header = replaced(header, "@TEST_OF_CHECK@", unit_gains ? test_of_check : "");
-  header = replaced(header, "@GAINS@", unit_gains ? "" : gain_members);
-  header = replaced(header, "@STATE@", unit_gains ? "" : gain_state);
-  header = replaced(header, "@TILT_ERROR@", unit_gains ? "" : gain_tilt_error);
-  header = replaced(header, "@REZERO@", unit_gains ? unit_rezero : gain_rezero);
-  const std::array<double, 3> sine = sine_coefficients_at(body, steps_per_second);
-  std::string source = "/* " + origin + R"(
-   Plain C99, or C++. No library at all, no memory but what the caller gives. All numbers are IEEE 754; gcc outside of
-   -std=c99 needs -ffp-contract=off, no compiler may have -ffast-math or -ffinite-math-only. The self-test tells if the
-   bits are right. */
-)";
-  source += "#include \"" + name + ".h\"\n\n#include <float.h>\n#include <stddef.h>\n#include <stdint.h>\n\n";
-  for (const char* unused : {"USES_LOG", "USES_EXPONENTIAL", "USES_FMA_FLOAT", "USES_FLOAT_BITS"})
-    source += define(unused, 0);
-  source += define("USES_SQUARE_ROOT", unit_gains ? 1 : 0);
-  source +=
-      define("USES_FMA_DOUBLE", 1) + define("USES_IS_FINITE", 1) +
-      define_double("LARGEST_GAIN", std::numeric_limits<double>::max()) +
-      // Half of the largest whose torque is finite: what rounding adds to it is less.
-      define_double("LARGEST_COMMAND",
-                    0.5 * std::numeric_limits<double>::max() * std::min(1.0, step_s / body.inertia_kgm2)) +
-      define_double("STEP_OVER_INERTIA", step_s / body.inertia_kgm2) + define_double("BODY_MGH", body.mgh()) +
-      define("UNIT_GAINS", unit_gains ? 1 : 0) +
-      (unit_gains ? define("USES_PHASE", 1) + define_double("LARGEST_DELAY_MARGIN_S", frf::max_delay_margin_s) +
-                        define_double("LARGEST_GAIN_MARGIN", frf::max_gain_margin) + borders_of_check(limits.margins)
-                  : "") +
-      define_double("SINE_0", sine[0]) + define_double("SINE_1", sine[1]) + define_double("SINE_2", sine[2]) +
-      define("STEPS_PER_SAMPLE", test.steps_per_sample) + define("STEPS_PER_INTERVAL", test.stimulus.interval_steps) +
-      define("TEST_INTERVALS", test.intervals()) +
-      format("#define TEST_HASH 0x%016llxU\n\n", static_cast<unsigned long long>(test.hash));
-  if (!unit_gains)
-    source += define_double("SLOW_LEAK", 1.0 / family.slow_time_s) +
-              define_double("TORQUE_LEAK", 1.0 / family.torque_time_s) + "\n";
-  source += embedded::firmware_arithmetic();
-  source += "\n" + parameter_table(family.coefficients(parameters), unit_gains) +
-            table("static const double test_tilt[]", test.stimulus.tilt_rad) +
-            table("static const double test_rate[]", test.stimulus.rate_rad_s) + "\n";
-  source += embedded::firmware_controller();
-  if (unit_gains) {
-    source += "\n";
-    source += embedded::firmware_angle();
-    source += embedded::firmware_check();
-  }
+  const std::string header = header_text(loop, limits, test, origin);
+  const std::string source =
+      "/* " + origin + source_comment + "#include \"" + name + ".h\"\n\n" + source_text(loop, limits.margins, test);
   return {{with_name(header, name), with_name(source, name)}, limits};
 }
 

@@ -122,10 +122,10 @@ class MpiWorld final : public World {
   int sharing_processors() const override { return sharing_; }
 
   void broadcast(std::span<std::byte> bytes) override {
-    constexpr std::size_t most = std::size_t{1} << 30;
-    for (std::size_t first = 0; first < bytes.size(); first += most) {
+    constexpr std::size_t max_bytes = std::size_t{1} << 30;
+    for (std::size_t first = 0; first < bytes.size(); first += max_bytes) {
       Request request;
-      const auto part = bytes.subspan(first, std::min(most, bytes.size() - first));
+      const auto part = bytes.subspan(first, std::min(max_bytes, bytes.size() - first));
       check(MPI_Ibcast(part.data(), static_cast<int>(part.size()), MPI_BYTE, 0, blocking_, &request), "a broadcast");
       request.wait();
     }

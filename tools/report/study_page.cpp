@@ -208,6 +208,42 @@ std::string convention(const ModelStudy& study) {
          "the paper z-scores its targets, so this column compares with its losses.";
 }
 
+Json double_pendulum_json(const ModelStudy& study) {
+  if (!study.dip) return nullptr;
+  Json json = known_json(study.protocol.parameters(), study.dip->trial);
+  json["squared_errors"] = study.dip->squared_errors;
+  json["squared_error_mean"] = mean(study.dip->squared_errors);
+  return json;
+}
+
+Json recording_json(const ModelStudy& study) {
+  if (!study.recording) return nullptr;
+  const RecordingResult& recording = *study.recording;
+  return {{"file", recording.file},
+          {"identified", by_parameter(study.protocol.parameters(), recording.estimate.parameters)},
+          {"peak_to_peak_deg", recording.peak_to_peak_deg()},
+          {"rms_residual_deg", number_or_null(recording.explanation.rms_residual_deg)},
+          {"variance_accounted_for", number_or_null(recording.explanation.variance_accounted_for)},
+          {"warnings", warnings_json(recording.warnings)}};
+}
+
+Json level_json(const sim::ParameterTable& table, const NoiseLevel& level) {
+  Json json{{"sensor_noise_deg", level.sensor_noise_deg}};
+  json.update(evaluation_json(table, level.all));
+  json["by_amplitude_deg"] = bins_json(table, level.by_amplitude_deg);
+  json["by_nv"] = bins_json(table, level.by_nv);
+  return json;
+}
+
+/// Returns the errors over the standard deviations that the paper prints.
+Json by_paper_json(const ModelStudy& study) {
+  const auto error = [&](const Scores& mse) { return number_or_null(mean_by_paper(study, mse)); };
+  return {{"training", study.data ? error(study.data->training.mse_per_parameter) : Json(nullptr)},
+          {"validation", study.data ? error(study.data->validation.mse_per_parameter) : Json(nullptr)},
+          {"fresh", error(study.levels.front().all.mse_per_parameter)},
+          {"mean_guess", error(Scores(study.protocol.parameters().size(), 1))}};
+}
+
 Json page_data(const ModelStudy& study, const std::vector<Figure>& figures) {
   Json data = study_json(study);
   data["protocol"] = protocol_figures(study.protocol);
@@ -245,29 +281,10 @@ Json study_json(const ModelStudy& study) {
   json["sample"] = known_json(table, study.sample.trial);
   json["sample"]["from"] = study.sample.from;
   json["sample"]["index"] = study.sample.index;
-  json["double_pendulum"] = nullptr;
-  if (study.dip) {
-    json["double_pendulum"] = known_json(table, study.dip->trial);
-    json["double_pendulum"]["squared_errors"] = study.dip->squared_errors;
-    json["double_pendulum"]["squared_error_mean"] = mean(study.dip->squared_errors);
-  }
-  json["recording"] = nullptr;
-  if (study.recording)
-    json["recording"] = {
-        {"file", study.recording->file},
-        {"identified", by_parameter(table, study.recording->estimate.parameters)},
-        {"peak_to_peak_deg", study.recording->peak_to_peak_deg()},
-        {"rms_residual_deg", number_or_null(study.recording->explanation.rms_residual_deg)},
-        {"variance_accounted_for", number_or_null(study.recording->explanation.variance_accounted_for)},
-        {"warnings", warnings_json(study.recording->warnings)}};
+  json["double_pendulum"] = double_pendulum_json(study);
+  json["recording"] = recording_json(study);
   json["worth"] = Json::array();
-  for (const NoiseLevel& level : study.levels) {
-    Json entry{{"sensor_noise_deg", level.sensor_noise_deg}};
-    entry.update(evaluation_json(table, level.all));
-    entry["by_amplitude_deg"] = bins_json(table, level.by_amplitude_deg);
-    entry["by_nv"] = bins_json(table, level.by_nv);
-    json["worth"].push_back(std::move(entry));
-  }
+  for (const NoiseLevel& level : study.levels) json["worth"].push_back(level_json(table, level));
   json["faults"] = faults_json(table, study.faults);
   json["faults_sensor_noise_deg"] = study.faults_noise_deg;
   json["fresh_seed"] = study.fresh_seed;
@@ -277,13 +294,7 @@ Json study_json(const ModelStudy& study) {
   json["comparisons"] = Json::array();
   for (const ComparisonFigures& comparison : study.comparisons)
     json["comparisons"].push_back(comparison_json(comparison));
-  json["mse_by_paper_deviation"] = {
-      {"training",
-       study.data ? number_or_null(mean_by_paper(study, study.data->training.mse_per_parameter)) : Json(nullptr)},
-      {"validation",
-       study.data ? number_or_null(mean_by_paper(study, study.data->validation.mse_per_parameter)) : Json(nullptr)},
-      {"fresh", number_or_null(mean_by_paper(study, study.levels.front().all.mse_per_parameter))},
-      {"mean_guess", number_or_null(mean_by_paper(study, Scores(table.size(), 1)))}};
+  json["mse_by_paper_deviation"] = by_paper_json(study);
   json["seconds"] = Json::object();
   for (const auto& [name, seconds] : study.seconds) json["seconds"][name] = seconds;
   json["notes"] = study.notes;

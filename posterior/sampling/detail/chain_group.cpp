@@ -367,8 +367,8 @@ void ChainGroup::keep() {
       for (std::size_t i = l; i < x.size(); i += lanes) point.push_back(x[i]);
     }
   }
-  const int most = std::max(1, Posterior::max_points / (settings_.groups * lanes));
-  if (static_cast<int>(trials_.front().points.front().size()) <= most) return;
+  const int max_points = std::max(1, Posterior::max_points / (settings_.groups * lanes));
+  if (static_cast<int>(trials_.front().points.front().size()) <= max_points) return;
   apart_ *= 2;
   for (Trial& trial : trials_) {
     for (auto& points : trial.points) {

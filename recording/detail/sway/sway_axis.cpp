@@ -20,9 +20,9 @@ namespace {
 
 /// A centre of mass reaches a gain of 82 and more in trials of 121 s of twelve simulated people, and a signal without a
 /// response to the tilt 20 and less. The gain of a response is proportional to the length.
-constexpr double min_gain = 60.0, min_gain_of_turned = 35.0, tuned_s = 120.0, least_gain = 26.0;
-constexpr double min_turned = 0.2;                           // the sine of 11 degrees
-constexpr double longest_shift_s = 3.0, shift_step_s = 0.5;  // of a recording that starts late or early
+constexpr double min_gain = 60.0, min_gain_of_turned = 35.0, tuned_s = 120.0, min_scaled_gain = 26.0;
+constexpr double min_turned = 0.2;                       // the sine of 11 degrees
+constexpr double max_shift_s = 3.0, shift_step_s = 0.5;  // of a recording that starts late or early
 
 struct Axis {
   Recording recording;
@@ -42,11 +42,11 @@ Axis brought(const ProtocolPlan& plan, const TrialOptions& options, Recording re
   return {std::move(recording), warnings, std::move(trial), std::move(sway_rad)};
 }
 
-/// Sets the responses at the smallest shift at which one of them exceeds `least`. Returns the axis with the largest
-/// response, or the end without any.
-std::vector<Axis>::iterator find_response(std::vector<Axis>& axes, const ResponseCheck& check, double least) {
-  const auto far = [&](const Axis& axis) { return axis.response.gain > least ? axis.response.rms_rad : 0.0; };
-  for (double size_s = 0.0; size_s <= longest_shift_s; size_s += shift_step_s)
+/// Sets the responses at the smallest shift at which one of them exceeds `required_gain`. Returns the axis with the
+/// largest response, or the end without any.
+std::vector<Axis>::iterator find_response(std::vector<Axis>& axes, const ResponseCheck& check, double required_gain) {
+  const auto far = [&](const Axis& axis) { return axis.response.gain > required_gain ? axis.response.rms_rad : 0.0; };
+  for (double size_s = 0.0; size_s <= max_shift_s; size_s += shift_step_s)
     for (const double shift_s : {size_s, -size_s}) {
       if (size_s == 0.0 && std::signbit(shift_s)) continue;
       for (Axis& axis : axes) axis.response = check.response_of(axis.sway_rad, shift_s);
@@ -110,7 +110,7 @@ Trial bring_axis(const ProtocolPlan& plan, const TrialOptions& options, Recordin
   }
   const sim::Protocol& protocol = plan.protocol();
   const double length_s = static_cast<double>(protocol.samples()) / protocol.experiment.sample_rate_hz;
-  const auto scaled = [&](double gain) { return std::max(least_gain, gain * std::min(1.0, length_s / tuned_s)); };
+  const auto scaled = [&](double gain) { return std::max(min_scaled_gain, gain * std::min(1.0, length_s / tuned_s)); };
   const auto best = find_response(axes, plan.response(), scaled(min_gain));
   const std::string are = names + (axes.size() > 1 ? " are axes" : " is an axis") + " of one centre of mass";
   const auto chosen = best == axes.end() ? axes.begin() : best;

@@ -226,7 +226,7 @@ void check_options(const RecordingOptions& options) {
 /// 0.7 of the person's. If that is unknown, notes a height outside of 0.4 to 1.3 m, which a child or a robot may have.
 /// Winter's proportions give 0.55.
 void check_com_height(const RecordingOptions& options, Recording& recording) {
-  constexpr double least = 0.4, most = 0.7, least_m = 0.4, most_m = 1.3;
+  constexpr double min_ratio = 0.4, max_ratio = 0.7, min_m = 0.4, max_m = 1.3;
   if (!options.com_height_m) return;
   const double height_m = *options.com_height_m;
   const std::string given = setting("com_height") + " is " + three_digits(height_m) + " m";
@@ -237,12 +237,12 @@ void check_com_height(const RecordingOptions& options, Recording& recording) {
                   "is " + three_digits(height_m) + " m, above the person's height of " + three_digits(body_m) + " m",
                   "give the height of the centre of mass above the ankles, about " + three_digits(0.55 * body_m) +
                       " m for this person");
-    if (height_m < least * body_m || height_m > most * body_m)
+    if (height_m < min_ratio * body_m || height_m > max_ratio * body_m)
       add_caution(recording.warnings, "implausible_com_height",
                   given + ", " + three_digits(100.0 * height_m / body_m) + "% of the person's height of " +
                       three_digits(body_m) + " m; a centre of mass is at about 55% above the ankles, " +
                       three_digits(0.55 * body_m) + " m");
-  } else if (height_m < least_m || height_m > most_m) {
+  } else if (height_m < min_m || height_m > max_m) {
     add_info(recording.warnings, "implausible_com_height",
              given + ": an adult's centre of mass is 0.4 to 1.3 m above the ankles, and 0.99 m at a height of 1.8 m");
   }

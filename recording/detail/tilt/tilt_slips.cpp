@@ -14,7 +14,7 @@ namespace decid::recording {
 namespace {
 
 constexpr std::size_t part_count = 8;
-constexpr double max_slip_s = 0.1, shortest_part_s = 5.0, min_part_correlation = 0.95, max_gap_fraction = 0.25;
+constexpr double max_slip_s = 0.1, min_part_s = 5.0, min_part_correlation = 0.95, max_gap_fraction = 0.25;
 
 struct Slip {
   double begin_s = 0.0, middle_s = 0.0;  ///< of a part, in the protocol
@@ -26,7 +26,7 @@ std::vector<Slip> slips_of(const std::vector<double>& tilt, std::span<const Samp
                            const std::vector<double>& expected, double rate) {
   const std::size_t length = tilt.size() / part_count,
                     around = std::min(length / 4, static_cast<std::size_t>(3.0 * rate));
-  if (static_cast<double>(length) < shortest_part_s * rate) return {};
+  if (static_cast<double>(length) < min_part_s * rate) return {};
   std::vector<Slip> slips;
   for (std::size_t part = 0; part < part_count; ++part) {
     // The first and last parts are shorter, so that the prescribed tilt reaches as far beyond every part.
@@ -51,9 +51,9 @@ std::vector<Slip> slips_of(const std::vector<double>& tilt, std::span<const Samp
 
 /// Returns the slope of slips that lie on a line, if they change by more than max_slip_s along it.
 std::optional<double> slope_of(const std::vector<Slip>& slips) {
-  constexpr std::size_t fewest = 5;
+  constexpr std::size_t min_slips = 5;
   constexpr double max_off = 0.1;  // of the change along the line; a single step is farther off
-  if (slips.size() < fewest) return {};
+  if (slips.size() < min_slips) return {};
   double mean_s = 0.0, mean_slip = 0.0, product = 0.0, square = 0.0;
   for (const Slip& slip : slips) {
     mean_s += slip.middle_s / static_cast<double>(slips.size());

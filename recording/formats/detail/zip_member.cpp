@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::string_view_literals;
 
-constexpr std::size_t end_bytes = 22, entry_bytes = 46, local_bytes = 30, longest_comment = 65535;
+constexpr std::size_t end_bytes = 22, entry_bytes = 46, local_bytes = 30, max_comment_bytes = 65535;
 constexpr std::size_t stored = 0, deflated = 8;
 
 [[noreturn]] void refuse_archive(const std::string& where, const std::string& what) {
@@ -50,7 +50,7 @@ std::size_t ZipMembers::number(std::size_t at, std::size_t bytes) const {
 
 ZipMembers::ZipMembers(std::string_view bytes, const std::string& where) : bytes_(bytes), where_(where) {
   const std::size_t end = bytes.rfind("PK\x05\x06"sv);
-  if (end == bytes.npos || bytes.size() - end > end_bytes + longest_comment)
+  if (end == bytes.npos || bytes.size() - end > end_bytes + max_comment_bytes)
     refuse_archive(where, "its end is missing");
   const std::size_t count = number(end + 10, 2);
   std::size_t at = number(end + 16, 4);

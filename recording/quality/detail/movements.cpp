@@ -107,30 +107,30 @@ Movement largest_movement(std::span<const double> noise, std::span<const double>
   std::vector<double> sizes;
   for (const Shape& shape : shapes_of(a, step_s)) {
     const auto size = static_cast<std::ptrdiff_t>(shape.size);
-    Innovations::Match most;
-    std::ptrdiff_t most_at = 0;
+    Innovations::Match best;
+    std::ptrdiff_t best_at = 0;
     sizes.clear();
     for (std::ptrdiff_t place = order - size / 2; place < blocks - size / 2; ++place) {
       const Innovations::Match match = innovations.compare(shape, place);
       if (match.correlation == 0.0) continue;
       sizes.push_back(std::abs(match.correlation));
-      if (sizes.back() > std::abs(most.correlation)) {
-        most = match;
-        most_at = place;
+      if (sizes.back() > std::abs(best.correlation)) {
+        best = match;
+        best_at = place;
       }
     }
     for (std::ptrdiff_t place = 0; !shape.is_step && place <= size / 2 + order; ++place) {  // of the last block
       const Innovations::Match match = backwards.compare(shape, blocks - 1 - size / 2 - place);
-      if (std::abs(match.correlation) <= std::abs(most.correlation)) continue;
-      most = match;
-      most_at = place + size / 2 + 1 - size;
+      if (std::abs(match.correlation) <= std::abs(best.correlation)) continue;
+      best = match;
+      best_at = place + size / 2 + 1 - size;
     }
     if (sizes.empty()) continue;
     const double typical = stddev_by_median(sizes);
-    if (!(std::abs(most.correlation) > largest.deviations * typical)) continue;
-    largest = {std::abs(most.correlation) / typical, most.size,
-               static_cast<double>(std::max<std::ptrdiff_t>(0, most_at)) * step_s,
-               static_cast<double>(std::min(blocks, most_at + size)) * step_s, shape.is_step};
+    if (!(std::abs(best.correlation) > largest.deviations * typical)) continue;
+    largest = {std::abs(best.correlation) / typical, best.size,
+               static_cast<double>(std::max<std::ptrdiff_t>(0, best_at)) * step_s,
+               static_cast<double>(std::min(blocks, best_at + size)) * step_s, shape.is_step};
   }
   return largest;
 }

@@ -15,7 +15,7 @@ namespace decid::recording {
 namespace {
 
 /// Below 4 Hz a body's sway falls so steeply that the power at a multiple differs from the power around it anyway.
-constexpr double lowest_hz = 4.0, highest_hz = 60.0, longest_s = 2.0, shortest_step_s = 1e-3;
+constexpr double lowest_hz = 4.0, highest_hz = 60.0, max_average_s = 2.0, min_step_s = 1e-3;
 /// Half the width of a stretch of the spectrum, in distances between zeros.
 constexpr double half_width = 0.1;
 /// The sway is analysed in parts, most of which must agree: a rectangular pulse, as of an occluded marker, has such a
@@ -71,31 +71,31 @@ double fall_at_zeros(const LogSpectrum& spectrum, double length_s, double max_hz
 }  // namespace
 
 double moving_average_s(std::span<const double> sway_rad, double rate_hz, double held_s) {
-  constexpr double thinned_hz = 400.0, fewest_bins = 300.0;
+  constexpr double thinned_hz = 400.0, min_bins = 300.0;
   const std::size_t block = std::max<std::size_t>(1, static_cast<std::size_t>(rate_hz / thinned_hz));
   const double thin_hz = rate_hz / static_cast<double>(block);
   const double max_hz = std::min(highest_hz, 0.5 * thin_hz);
   const std::vector<double> sway = block_means(sway_rad, block);
   const std::size_t samples = sway.size() / spectrum_parts;
   const double part_s = static_cast<double>(samples) / thin_hz;
-  if (part_s * max_hz < fewest_bins) return 0.0;
+  if (part_s * max_hz < min_bins) return 0.0;
   std::vector<LogSpectrum> spectra;
   for (std::size_t part = 0; part < spectrum_parts; ++part) {
     const auto begin = sway.begin() + static_cast<std::ptrdiff_t>(part * samples);
     spectra.emplace_back(
         hann_spectrum(std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(samples)), thin_hz));
   }
-  double found_s = 0.0, least = min_fall;
-  const double step_s = std::max(1.0 / rate_hz, shortest_step_s);
-  for (double length_s = 2.0 * step_s; length_s <= std::min(longest_s, max_part_fraction * part_s);
+  double found_s = 0.0, lowest_fall = min_fall;
+  const double step_s = std::max(1.0 / rate_hz, min_step_s);
+  for (double length_s = 2.0 * step_s; length_s <= std::min(max_average_s, max_part_fraction * part_s);
        length_s += step_s) {
     std::array<double, spectrum_parts> falls{};
     for (std::size_t part = 0; part < spectrum_parts; ++part)
       falls[part] = fall_at_zeros(spectra[part], length_s, max_hz, held_s);
     std::ranges::sort(falls);
     const double fall = falls[spectrum_parts / 2];
-    if (!(fall < least)) continue;
-    least = fall;
+    if (!(fall < lowest_fall)) continue;
+    lowest_fall = fall;
     found_s = length_s;
   }
   return found_s;

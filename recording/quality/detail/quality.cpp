@@ -20,8 +20,8 @@ namespace decid::recording {
 
 namespace {
 
-constexpr double shortest_s = 2.0;
-constexpr std::size_t fewest_samples = 20;
+constexpr double min_sway_s = 2.0;
+constexpr std::size_t min_samples = 20;
 constexpr double stretches_fraction = 0.02;
 constexpr double step_deg = 0.02, coarse_deg = 0.2;
 constexpr double spike_deg = 0.05, spike_medians = 20.0, spike_steps = 3.0;
@@ -178,7 +178,7 @@ void take_out_frozen(std::span<const double> sway, double rate_hz, std::size_t b
 }
 
 /// Returns the length of the longest run of two zeros or more behind another sample; 0 without one.
-std::size_t longest_zeros(std::span<const double> sway) {
+std::size_t longest_run_of_zeros(std::span<const double> sway) {
   std::size_t longest = 0, run = 0;
   bool has_begun = false;
   for (const double value : sway) {
@@ -191,7 +191,7 @@ std::size_t longest_zeros(std::span<const double> sway) {
 
 /// Returns the remedy for jumps.
 std::string remedy_for_jumps(std::span<const double> sway, double rate_hz) {
-  const std::size_t zeros = longest_zeros(sway);
+  const std::size_t zeros = longest_run_of_zeros(sway);
   if (zeros == 0) return "leave wrong stretches empty and give " + setting("fill_gaps") + ", or cut the recording";
   const double gap_s = std::ceil(1e4 * static_cast<double>(zeros) / rate_hz - 1e-6) / 1e4;
   return "if its zeros stand for missing samples (occluded markers), give " + setting("missing") + " 0 and " +
@@ -276,7 +276,7 @@ struct Held {
 /// Finds runs of equal samples that all begin at multiples of one number of samples from each other. At least half of
 /// these places must have another value than before: a stretch that stands still holds nothing.
 Held find_held(std::span<const double> sway) {
-  constexpr std::size_t fewest = 20;
+  constexpr std::size_t min_changes = 20;
   std::size_t changes = 0, first = 0, last = 0, common = 0;
   for (std::size_t k = 1; k < sway.size(); ++k) {
     if (sway[k] == sway[k - 1]) continue;
@@ -286,7 +286,7 @@ Held find_held(std::span<const double> sway) {
       return {};
     last = k;
   }
-  if (changes < fewest || common < 2 || 2 * changes * common < sway.size()) return {};
+  if (changes < min_changes || common < 2 || 2 * changes * common < sway.size()) return {};
   return {common, first % common};
 }
 
@@ -294,7 +294,7 @@ Held find_held(std::span<const double> sway) {
 Warnings held_warnings(const Held& held, double rate_hz) {
   Warnings warnings;
   const double length_s = static_cast<double>(held.samples) / rate_hz;
-  const auto is_below = [&](double least_hz) { return length_s * least_hz > 1.0 + 1e-6; };
+  const auto is_below = [&](double limit_hz) { return length_s * limit_hz > 1.0 + 1e-6; };
   add_warning(warnings,
               is_below(slowest_held_hz) ? Severity::invalid
               : is_below(slow_held_hz)  ? Severity::caution
@@ -340,7 +340,7 @@ Smoothing look_for_smoothing(std::span<const double> sway, double rate_hz, doubl
 
 FoundInSway look_for_faults(std::span<const double> sway_rad, double rate_hz, double begin_s, double held_s,
                             std::span<const SampleRange> known) {
-  if (static_cast<double>(sway_rad.size()) < shortest_s * rate_hz || sway_rad.size() < fewest_samples) return {};
+  if (static_cast<double>(sway_rad.size()) < min_sway_s * rate_hz || sway_rad.size() < min_samples) return {};
   Stretches found = find_stretches(sway_rad, rate_hz);
   std::erase_if(found.straight, [&](const SampleRange& stretch) {
     return std::ranges::any_of(known, [&](const SampleRange& gap) {  // a bend may be straight by chance on either side

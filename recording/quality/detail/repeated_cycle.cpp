@@ -16,11 +16,11 @@ constexpr double same_rad = 1e-5 * sim::rad_per_deg, start_s = 5.0, others = 0.0
 /// recording before its first sample, but has the first cycle's end before the second.
 constexpr double filter_samples = 26.0;
 
-/// Returns true if at most `most` samples differ.
-bool agree(std::span<const double> a, std::span<const double> b, std::size_t most) {
+/// Returns true if at most `max_different` samples differ.
+bool agree(std::span<const double> a, std::span<const double> b, std::size_t max_different) {
   std::size_t different = 0;
   for (std::size_t k = 0; k < a.size(); ++k)
-    if (std::abs(b[k] - a[k]) > same_rad && ++different > most) return false;
+    if (std::abs(b[k] - a[k]) > same_rad && ++different > max_different) return false;
   return true;
 }
 
@@ -45,8 +45,8 @@ Warnings look_for_repeated_cycle(std::span<const double> sway_rad, const Protoco
   const std::size_t start = std::min(samples_of(start_s), length);
   const std::size_t filtered = from_hz == rate_hz ? 0 : samples_of(filter_samples / std::min(from_hz, rate_hz));
   if (!agree(first.first(start), second, filtered)) return {};
-  const auto most = static_cast<std::size_t>(others * static_cast<double>(length - start));
-  if (!agree(first.subspan(start), second.subspan(start), most) || stands_still(first)) return {};
+  const auto max_different = static_cast<std::size_t>(others * static_cast<double>(length - start));
+  if (!agree(first.subspan(start), second.subspan(start), max_different) || stands_still(first)) return {};
   const std::span<const double> tilt = std::span(plan.tilt_rad()).subspan(begin, length);
   if (std::abs(correlation(first, tilt)) > as_the_tilt) return {};
   return {{Severity::caution, "repeated_cycle",

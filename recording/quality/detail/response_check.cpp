@@ -18,19 +18,19 @@ namespace decid::recording {
 
 namespace {
 
-constexpr double coarse_hz = 10.0, shortest_s = 40.0;
+constexpr double coarse_hz = 10.0, min_trial_s = 40.0;
 constexpr std::size_t taps = 12, order = 6;  ///< of h and a
 constexpr std::size_t unknowns = taps + 1;   ///< with c
-constexpr std::size_t longest_slip = 30, slip_step = 2, margin = 100, place_step = 50;
-constexpr std::size_t rest = longest_slip + taps + order;
-constexpr std::size_t longest_dead = 17;  ///< of the response, in a recording that starts early
+constexpr std::size_t max_slip = 30, slip_step = 2, margin = 100, place_step = 50;
+constexpr std::size_t rest = max_slip + taps + order;
+constexpr std::size_t max_searched_dead = 17;  ///< of the response, in a recording that starts early
 constexpr int rounds = 3;
 constexpr double off_deg = 0.3, off_medians = 14.0, slip_gain = 50.0, rest_gain = 26.0;
-constexpr double chance_gain = 2.0, chance_gain_more = 5.0, inexact_part = 0.02, most_inexact_gain = 250.0;
+constexpr double chance_gain = 2.0, chance_gain_more = 5.0, inexact_part = 0.02, max_inexact_gain = 250.0;
 constexpr double dead_gain = 60.0;
 constexpr double inferable_start_s = 0.6;  ///< a fit infers up to 0.5 s; starts are found in steps of 0.2 s
 /// Passive stiffness and damping show in the second block. Without them the active torque shows after its delay.
-constexpr std::size_t passive_dead = 1, active_dead = 3, longest_passive_dead = 3, longest_active_dead = 5;
+constexpr std::size_t passive_dead = 1, active_dead = 3, max_passive_dead = 3, max_active_dead = 5;
 constexpr double movement_deg = 0.3, movement_deviations = 8.0;
 constexpr double around_s = 1.0;  ///< what a user empties on both sides of a movement, together
 
@@ -247,7 +247,7 @@ class DeadTimes {
   }
 
  private:
-  static constexpr std::size_t reach = longest_dead + taps;
+  static constexpr std::size_t reach = max_searched_dead + taps;
   static_assert(reach + order <= rest);
   using Taps = std::array<double, reach + 1>;  // with the constant
   using Products = std::array<Taps, reach + 1>;
@@ -263,21 +263,22 @@ double gain_of(std::size_t blocks, double worse, double better) {
   return better > 0.0 ? static_cast<double>(blocks) * (worse / better - 1.0) : 0.0;
 }
 
-/// Returns the blocks before the sway begins to respond; 0 for a small response, and if it begins after longest_dead.
+/// Returns the blocks before the sway begins to respond; 0 for a small response, and if it begins after
+/// max_searched_dead.
 std::size_t find_dead_time(const DeadTimes& dead_times, std::size_t blocks) {
   const auto gain = [&](double worse, double better) { return gain_of(blocks, worse, better); };
   const double no_response = dead_times.residual(0, 0);
-  const double whole_gain = gain(no_response, dead_times.residual(0, longest_dead + taps));
+  const double whole_gain = gain(no_response, dead_times.residual(0, max_searched_dead + taps));
   if (!(whole_gain > dead_gain)) return 0;
   // The taps before a dead time improve the fit by chance, and because the response is not linear.
-  const double inexact_gain = std::min(inexact_part * whole_gain, most_inexact_gain);
+  const double inexact_gain = std::min(inexact_part * whole_gain, max_inexact_gain);
   const auto is_needed = [&](std::size_t dead) {
     return gain(dead_times.residual(dead, dead + taps), dead_times.residual(0, dead + taps)) >
            std::max(chance_gain * static_cast<double>(dead) + chance_gain_more, inexact_gain);
   };
   std::size_t dead = 0;
-  while (dead < longest_dead && !is_needed(dead + 1)) ++dead;
-  return dead < longest_dead && gain(no_response, dead_times.residual(dead, dead + taps)) > dead_gain ? dead : 0;
+  while (dead < max_searched_dead && !is_needed(dead + 1)) ++dead;
+  return dead < max_searched_dead && gain(no_response, dead_times.residual(dead, dead + taps)) > dead_gain ? dead : 0;
 }
 
 std::string describe(const Movement& movement) {
@@ -307,14 +308,14 @@ ResponseCheck::ResponseCheck(std::span<const double> tilt_rad, double rate_hz, b
       tilt_(rest, 0.0),
       blocks_(tilt_rad.size() / block_),
       typical_dead_(has_passive ? passive_dead : active_dead),
-      longest_dead_(has_passive ? longest_passive_dead : longest_active_dead) {
+      max_dead_(has_passive ? max_passive_dead : max_active_dead) {
   const std::vector<double> means = block_means(tilt_rad, block_);
   tilt_.insert(tilt_.end(), means.begin(), means.end());
-  tilt_.resize(tilt_.size() + longest_slip, 0.0);
+  tilt_.resize(tilt_.size() + max_slip, 0.0);
 }
 
 bool ResponseCheck::is_short() const {
-  return static_cast<double>(blocks_) * step_s_ < shortest_s || blocks_ < 3 * margin;
+  return static_cast<double>(blocks_) * step_s_ < min_trial_s || blocks_ < 3 * margin;
 }
 
 ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std::span<const SampleRange> gaps) const {
@@ -344,7 +345,7 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
   const Slips slips(y, u, constant_of(fit.a));
   const double plain = slips.without();
   double best = plain, best_shifted = plain;
-  for (std::size_t shifted = rest - longest_slip; shifted <= rest + longest_slip; shifted += slip_step) {
+  for (std::size_t shifted = rest - max_slip; shifted <= rest + max_slip; shifted += slip_step) {
     if (shifted == rest) continue;
     const double shift_s = (static_cast<double>(shifted) - static_cast<double>(rest)) * step_s_;
     const double whole = slips.visit(shifted, [&](std::size_t place, double residual) {
@@ -361,7 +362,7 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
   found.slip_gain = gain(plain, best);
   found.shift_gain = gain(plain, best_shifted);
 
-  if (const std::size_t dead = find_dead_time(DeadTimes(y, u, constant_of(fit.a)), blocks_); dead > longest_dead_)
+  if (const std::size_t dead = find_dead_time(DeadTimes(y, u, constant_of(fit.a)), blocks_); dead > max_dead_)
     found.early_s = static_cast<double>(dead - typical_dead_) * step_s_;
 
   double best_missing = plain;
@@ -383,10 +384,10 @@ ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signa
     for (double& value : values) value -= middle;
   };
   subtract_mean(signal);
-  constexpr double least_rad = 1e-12;  // a constant's rounding errors are smaller
-  if (std::ranges::all_of(signal, [](double value) { return std::abs(value) < least_rad; })) return {};
-  constexpr auto most = static_cast<double>(longest_slip);
-  const double shift = std::clamp(std::round(shift_s / step_s_), -most, most);
+  constexpr double rounding_rad = 1e-12;  // a constant's rounding errors are smaller
+  if (std::ranges::all_of(signal, [](double value) { return std::abs(value) < rounding_rad; })) return {};
+  constexpr auto max_shift = static_cast<double>(max_slip);
+  const double shift = std::clamp(std::round(shift_s / step_s_), -max_shift, max_shift);
   const Rest fit = fit_response(signal, tilt_, static_cast<std::size_t>(static_cast<double>(rest) + shift));
   std::vector<double> response(signal.size());
   for (std::size_t k = 0; k < signal.size(); ++k) response[k] = signal[k] - fit.noise[k];

@@ -54,9 +54,9 @@ class ResponseCheck {
   bool is_short() const;  ///< too short for this check
   std::size_t block_;
   double step_s_;
-  std::vector<double> tilt_;                 // means of blocks, with rest before and after
-  std::size_t blocks_;                       // of the trial
-  std::size_t typical_dead_, longest_dead_;  // blocks of a body's dead time
+  std::vector<double> tilt_;             // means of blocks, with rest before and after
+  std::size_t blocks_;                   // of the trial
+  std::size_t typical_dead_, max_dead_;  // blocks of a body's dead time
 };
 
 /// Findings of look_for_changes().

@@ -100,6 +100,98 @@ Preamble make_preamble(std::string_view text, std::size_t lines) {
   return found;
 }
 
+/// A line at which a table may begin, its first row of data.
+class TableStart {
+ public:
+  TableStart(const std::vector<Line>& lines, std::size_t first)
+      : lines_(lines),
+        first_(first),
+        end_(std::min(first + lines_of_a_table, lines.size())),
+        separator_(guess_separator(first > 0 ? lines[first - 1].text : "", lines[first].text)),
+        row_(cells(first)) {}
+
+  bool is_table() const {
+    if (!has_second_row() && first_ > 0) return false;
+    if (row_.size() > max_columns + 1) return false;
+    for (std::size_t line = first_; line < end_; ++line)
+      if (!fits(line) || !is_data(cells(line))) return false;
+    // A row below the names may count the samples; rows of samples have a time.
+    return !(has_second_row() && row_.size() > 1 && row_[0].empty() && is_value(cells(first_ + 1)[0]));
+  }
+
+  /// Returns the lines of `text` above the table, and its names if they stand in several lines or in R's form.
+  Preamble preamble(std::string_view text) const {
+    if (names_of_r()) {
+      Preamble found = make_preamble(text, lines_[first_ - 1].number);
+      const auto header = cells(first_ - 1);
+      found.names.emplace_back("row");
+      found.names.insert(found.names.end(), header.begin(), header.end());
+      return found;
+    }
+    HeaderRows rows;
+    for (std::size_t line = 0; line < first_; ++line) rows.push_back(cells(line));
+    const bool ends_in_separator =
+        row_.back().empty() && (rows.empty() || rows.back().size() < row_.size() || rows.back().back().empty());
+    if (auto names = names_of_rows(rows, row_.size() - (ends_in_separator ? 1 : 0)); !names.empty()) {
+      Preamble found = make_preamble(text, lines_[first_].number - 1);
+      found.names = std::move(names);
+      add_section_rate(rows, found.rates);
+      return found;
+    }
+    const std::size_t header = find_header();
+    if (header == 0) return {};
+    Preamble found = make_preamble(text, lines_[header].number - 1);
+    add_section_rate(rows, found.rates);
+    if (header == first_) found.misfit = misfit();
+    return found;
+  }
+
+ private:
+  std::vector<std::string_view> cells(std::size_t line) const { return split_cells(lines_[line].text, separator_); }
+  bool fits(std::size_t line) const { return are_alike(cells(line), row_); }
+  bool has_second_row() const { return end_ - first_ > 1; }
+  bool has_time(std::size_t line) const {
+    const auto names = cells(line);
+    return !are_units(names) && std::ranges::any_of(names, is_time_name);
+  }
+  bool names_of_r() const {
+    return first_ > 0 && has_second_row() && names_all_but_rows(cells(first_ - 1), row_, cells(first_ + 1));
+  }
+
+  /// Returns the line of the header, the first row's if there is none above it; 0 if nothing stands above the header.
+  std::size_t find_header() const {
+    if (first_ == 0 || (fits(0) && (first_ == 1 || has_time(0)))) return 0;
+    // A damaged row below the header is not a header.
+    if (fits(0) && std::ranges::any_of(cells(first_ - 1), is_value)) return 0;
+    // A single name above one column is clear only if it has an angle's unit.
+    if (row_.size() == 1 && !unit_in(lines_[first_ - 1].text)) return 0;
+    // The header is the lowest line above that does not hold units; a line with a time is preferred.
+    std::size_t header = first_;
+    if (fits(first_ - 1)) header = first_ - 1;
+    if (header > 0 && header < first_ && are_units(cells(header)) && fits(header - 1)) --header;
+    for (std::size_t line = first_; line-- > 0 && fits(line);)
+      if (has_time(line)) header = line;
+    for (std::size_t line = 0; line < header; ++line) {
+      const auto values = cells(line);
+      if (values.size() > 1 && std::ranges::all_of(values, is_value)) return 0;
+    }
+    return header;
+  }
+
+  /// Describes the line above a table without a header.
+  Misfit misfit() const {
+    bool in_quotes = false;
+    for (std::size_t line = 0; line + 1 < first_; ++line) in_quotes ^= has_odd_quotes(lines_[line].text);
+    const Line& above = lines_[first_ - 1];
+    return misfit_header(above.text, above.number, separator_, row_.size() - (row_.back().empty() ? 1 : 0), in_quotes);
+  }
+
+  const std::vector<Line>& lines_;
+  std::size_t first_, end_;  ///< lines of the first row, and behind the last one that decides
+  char separator_;
+  std::vector<std::string_view> row_;
+};
+
 }  // namespace
 
 Preamble preamble_behind(std::string_view text, std::size_t lines) {
@@ -127,72 +219,8 @@ Preamble find_preamble(std::string_view text) {
   });
   if (lines.empty()) return {};
   if (lines.front().text.starts_with("PathFileType")) return of_trc(lines);
-  for (std::size_t first = 0; first < lines.size(); ++first) {
-    const char separator = guess_separator(first > 0 ? lines[first - 1].text : "", lines[first].text);
-    const auto row = split_cells(lines[first].text, separator);
-    const auto fits = [&](std::size_t line) { return are_alike(split_cells(lines[line].text, separator), row); };
-    const auto has_time = [&](std::size_t line) {
-      const auto cells = split_cells(lines[line].text, separator);
-      return !are_units(cells) && std::ranges::any_of(cells, is_time_name);
-    };
-    const std::size_t after = std::min(first + lines_of_a_table, lines.size());
-    bool is_table = (after - first > 1 || first == 0) && row.size() <= max_columns + 1;
-    for (std::size_t line = first; line < after && is_table; ++line)
-      is_table = fits(line) && is_data(split_cells(lines[line].text, separator));
-    // A row below the names may count the samples; rows of samples have a time.
-    if (is_table && after - first > 1 && row.size() > 1 && row[0].empty() &&
-        is_value(split_cells(lines[first + 1].text, separator)[0]))
-      continue;
-    if (!is_table) continue;
-    if (first > 0 && after - first > 1) {
-      const auto header = split_cells(lines[first - 1].text, separator);
-      const auto second = split_cells(lines[first + 1].text, separator);
-      if (names_all_but_rows(header, row, second)) {
-        Preamble found = make_preamble(text, lines[first - 1].number);
-        found.names.emplace_back("row");
-        found.names.insert(found.names.end(), header.begin(), header.end());
-        return found;
-      }
-    }
-    HeaderRows rows;
-    for (std::size_t line = 0; line < first; ++line) rows.push_back(split_cells(lines[line].text, separator));
-    const bool ends_in_separator =
-        row.back().empty() && (rows.empty() || rows.back().size() < row.size() || rows.back().back().empty());
-    std::vector<std::string> names = names_of_rows(rows, row.size() - (ends_in_separator ? 1 : 0));
-    if (!names.empty()) {
-      Preamble found = make_preamble(text, lines[first].number - 1);
-      found.names = std::move(names);
-      add_section_rate(rows, found.rates);
-      return found;
-    }
-    if (first == 0 || (fits(0) && (first == 1 || has_time(0)))) return {};
-    // A damaged row below the header is not a header.
-    if (fits(0) && std::ranges::any_of(split_cells(lines[first - 1].text, separator), is_value)) return {};
-    // A single name above one column is clear only if it has an angle's unit.
-    if (row.size() == 1 && !unit_in(lines[first - 1].text)) return {};
-    // The header is the lowest line above that does not hold units; a line with a time is preferred.
-    std::size_t header = first;
-    if (fits(first - 1)) header = first - 1;
-    if (header > 0 && header < first && are_units(split_cells(lines[header].text, separator)) && fits(header - 1))
-      --header;
-    for (std::size_t line = first; line-- > 0 && fits(line);)
-      if (has_time(line)) header = line;
-    if (header == 0) return {};
-    for (std::size_t line = 0; line < header; ++line) {
-      const auto cells = split_cells(lines[line].text, separator);
-      if (cells.size() > 1 && std::ranges::all_of(cells, is_value)) return {};
-    }
-    Preamble found = make_preamble(text, lines[header].number - 1);
-    add_section_rate(rows, found.rates);
-    if (header == first) {
-      bool in_quotes = false;
-      for (std::size_t line = 0; line + 1 < first; ++line) in_quotes ^= has_odd_quotes(lines[line].text);
-      const Line& above = lines[first - 1];
-      found.misfit =
-          misfit_header(above.text, above.number, separator, row.size() - (row.back().empty() ? 1 : 0), in_quotes);
-    }
-    return found;
-  }
+  for (std::size_t first = 0; first < lines.size(); ++first)
+    if (const TableStart start(lines, first); start.is_table()) return start.preamble(text);
   return {};
 }
 

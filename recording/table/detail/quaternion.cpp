@@ -17,8 +17,8 @@ constexpr int all_parts = 4;
 
 /// Returns true if the squares of four columns add up to 1, far closer than by three small columns beside a constant 1.
 bool are_unit(std::span<const std::vector<double>> columns) {
-  constexpr double most_off = 1e-3, most_of_small = 0.2;
-  constexpr std::size_t fewest = 3;
+  constexpr double max_norm_error = 1e-3, max_error_over_small = 0.2;
+  constexpr std::size_t min_rows = 3;
   double off = 0.0, small = 0.0;
   for (std::size_t k = 0; k < columns.front().size(); ++k) {
     double sum = 0.0, largest = 0.0;
@@ -27,11 +27,11 @@ bool are_unit(std::span<const std::vector<double>> columns) {
       sum += square;
       largest = std::max(largest, square);
     }
-    if (!(std::abs(sum - 1.0) <= most_off)) return false;
+    if (!(std::abs(sum - 1.0) <= max_norm_error)) return false;
     off += std::abs(sum - 1.0);
     small += sum - largest;
   }
-  return columns.front().size() >= fewest && off < most_of_small * small;
+  return columns.front().size() >= min_rows && off < max_error_over_small * small;
 }
 
 /// Returns true if the columns from `first` on are four neighbours that form a quaternion.

@@ -91,12 +91,12 @@ std::vector<Section> find_sections(std::string_view text) {
 }
 
 std::string to_list(const std::vector<Section>& sections) {
-  constexpr std::size_t longest_name = 40, max_shown = 20;
+  constexpr std::size_t shown_characters = 40, max_shown = 20;
   std::string list;
   for (std::size_t i = 0; i < sections.size(); ++i) {
     if (i == max_shown) return list + ", ...";
     list += (i == 0 ? "" : ", ") + std::to_string(i + 1) + " ";
-    if (!sections[i].name.empty()) list += "'" + sections[i].name.substr(0, longest_name) + "' ";
+    if (!sections[i].name.empty()) list += "'" + sections[i].name.substr(0, shown_characters) + "' ";
     list += "(from line " + std::to_string(sections[i].line) + ")";
   }
   return list;

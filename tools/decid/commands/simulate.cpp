@@ -90,17 +90,22 @@ void print_summary(const SimulateOptions& options, const sim::Protocol& protocol
                       static_cast<unsigned long long>(options.seed), options.output.c_str());
 }
 
+/// Returns the remedy for a body that falls without noise and tilt too.
+std::string remedy_by_gains(const sim::Coefficients& of, double mgh) {
+  const double responses = of[sim::Coefficient::position] + of[sim::Coefficient::gravity],
+               stiffness = of[sim::Coefficient::kp_pass] + responses * of[sim::Coefficient::kp];
+  if (stiffness > mgh) return "change the gains or lower the delay";
+  const std::string times = responses == 1.0 ? "" : responses == 2.0 ? "twice " : format("%g times ", responses);
+  return format("passive stiffness and %s--kp, %.0f N m/rad, must exceed the body's m g h, %.0f: raise --kp",
+                times.c_str(), stiffness, mgh);
+}
+
 void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
   const sim::Simulator simulator(std::move(protocol));
   const sim::BodyModel& model = *simulator.protocol().experiment.body_model;
   const sim::Parameters parameters = filled(simulator.protocol().ranges().middle(), options.parameters.of(model));
   std::vector<double> sway = zeros(simulator.samples());
   const sim::Outcome outcome = simulator.run(parameters, Random(options.seed, sim::streams::vestibular_noise, 0), sway);
-  const sim::Coefficients of = model.family.coefficients(parameters);
-  const double responses = of[sim::Coefficient::position] + of[sim::Coefficient::gravity],
-               stiffness = of[sim::Coefficient::kp_pass] + responses * of[sim::Coefficient::kp],
-               mgh = simulator.protocol().experiment.body.mgh();
-  const std::string times = responses == 1.0 ? "" : responses == 2.0 ? "twice " : format("%g times ", responses);
   require_standing(
       outcome, simulator.protocol(),
       [&](const sim::Protocol& other, bool without_noise) {
@@ -109,10 +114,7 @@ void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
         std::vector<double> unused = zeros(again.samples());
         return again.run(same, Random(options.seed, sim::streams::vestibular_noise, 0), unused).valid;
       },
-      stiffness <= mgh
-          ? format("passive stiffness and %s--kp, %.0f N m/rad, must exceed the body's m g h, %.0f: raise --kp",
-                   times.c_str(), stiffness, mgh)
-          : "change the gains or lower the delay");
+      remedy_by_gains(model.family.coefficients(parameters), simulator.protocol().experiment.body.mgh()));
   sim::record(simulator.protocol(), options.seed, 0, sway);
   to_degrees(sway);
   auto columns = recorded_tilt(simulator.protocol(), simulator.stimulus(), options.seed);

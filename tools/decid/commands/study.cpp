@@ -58,16 +58,26 @@ void add_recording(const StudyOptions& options, const Model& model, ModelStudy& 
     study.recording_output.push_back((of_model[p] - model.targets.mean[p]) / model.targets.stddev[p]);
 }
 
-void run_study(const StudyOptions& options, const Command& command) {
+void refuse_without_recording(const StudyOptions& options, const Command& command) {
+  if (!options.recording.empty()) return;
   std::vector<std::string> of_recordings{"--mass", "--height"};
   of_recordings.insert(of_recordings.end(), std::begin(reading_options), std::end(reading_options));
   for (const std::string& name : of_recordings)
-    if (options.recording.empty() && command.count(name) > 0)
+    if (command.count(name) > 0)
       throw Error(Code::setting_conflict, name, "has no effect without a recording", "use it with --recording");
+}
+
+/// Returns the training log's file: decid train writes it beside the model. Empty if there is none.
+std::string log_file(const StudyOptions& options) {
+  if (!options.log.empty() || options.model.empty()) return options.log;
+  const std::string beside = options.model + ".log.csv";
+  return std::filesystem::exists(beside) ? beside : std::string();
+}
+
+/// Returns the study with the figures of the model and of the files that the call names, before all computations.
+ModelStudy begin_study(const StudyOptions& options, const Model& model, const std::string& log) {
   ModelStudy study;
   for (const std::string& text : options.times) study.seconds.push_back(time_from_text(text));
-  Model model = model_or_built_in(options.model);
-  require_controller(options.controller, model.protocol, model_name(options.model));
   study.model = model_name(options.model);
   study.sha256 = nn::weights_sha256(model.network);
   study.version = version;
@@ -78,10 +88,6 @@ void run_study(const StudyOptions& options, const Command& command) {
   study.image = model.image();
   study.network_parameters = model.network.parameter_count();
   study.architecture = model.network.architecture();
-  // decid train writes its log beside the model.
-  std::string log = options.log;
-  if (log.empty() && !options.model.empty() && std::filesystem::exists(options.model + ".log.csv"))
-    log = options.model + ".log.csv";
   if (!log.empty()) study.log = read_log(log);
   if (!options.learning_curve.empty()) study.learning_curve = read_learning_curve(options.learning_curve);
   for (const std::string& file : options.comparisons) {
@@ -90,24 +96,14 @@ void run_study(const StudyOptions& options, const Command& command) {
       throw Error(Code::file_differs, file, "compares another model than " + study.model,
                   "run decid compare with this --model");
   }
-  if (!options.recording.empty()) add_recording(options, model, study);  // reports a bad one before a folder is made
+  if (!options.recording.empty()) add_recording(options, model, study);
+  return study;
+}
+
+/// Writes the study into its folder. Returns what is printed.
+std::string write_study(const StudyOptions& options, const Command& command, const ModelStudy& study,
+                        const std::string& log) {
   const std::filesystem::path folder = options.output;
-  make_output_folder(folder);
-  { PendingFile probe(folder / "report.html"); }  // reports an unwritable place before the work
-
-  const Announce announce = [&](const std::string& text) {
-    if (!options.common.quiet) std::cerr << "study: " << text << '\n';
-  };
-  if (!options.data.empty()) study_dataset(model, options.data, study, announce);
-  study_fresh(model, options.trials, options.levels_deg, study, announce);
-  study_double(model, options.realisations, study, announce);
-  if (options.faults) {
-    FaultStudy found = study_faults(model, study.faults_noise_deg, options.trials, options.seed, announce);
-    study.faults = std::move(found.rows);
-    study.notes.insert(study.notes.end(), found.notes.begin(), found.notes.end());
-  }
-
-  announce("drawing");
   const std::vector<Figure> figures = study_figures(study);
   std::vector<std::string> inputs = options.comparisons, outputs{"table.txt", "study.json", "report.html"};
   for (const std::string& input : {options.model, options.data, log, options.recording, options.learning_curve})
@@ -128,7 +124,32 @@ void run_study(const StudyOptions& options, const Command& command) {
   write_file(folder / "table.txt", text);
   write_file(folder / "study.json", json);
   write_file(folder / "report.html", study_html(study, figures, call));
-  std::cout << (options.common.json ? json : text);
+  return options.common.json ? json : text;
+}
+
+void run_study(const StudyOptions& options, const Command& command) {
+  refuse_without_recording(options, command);
+  const Model model = model_or_built_in(options.model);
+  require_controller(options.controller, model.protocol, model_name(options.model));
+  const std::string log = log_file(options);
+  ModelStudy study = begin_study(options, model, log);
+  const std::filesystem::path folder = options.output;
+  make_output_folder(folder);
+  { PendingFile probe(folder / "report.html"); }  // reports an unwritable place before the work
+
+  const Announce announce = [&](const std::string& text) {
+    if (!options.common.quiet) std::cerr << "study: " << text << '\n';
+  };
+  if (!options.data.empty()) study_dataset(model, options.data, study, announce);
+  study_fresh(model, options.trials, options.levels_deg, study, announce);
+  study_double(model, options.realisations, study, announce);
+  if (options.faults) {
+    FaultStudy found = study_faults(model, study.faults_noise_deg, options.trials, options.seed, announce);
+    study.faults = std::move(found.rows);
+    study.notes.insert(study.notes.end(), found.notes.begin(), found.notes.end());
+  }
+  announce("drawing");
+  std::cout << write_study(options, command, study, log);
   announce("written to " + folder.string() + ": report.html, table.txt, study.json and the figures");
 }
 

@@ -265,13 +265,53 @@ void check_files(const TrainOptions& options, std::vector<std::string> read) {
     if (!path.empty()) PendingFile probe(path);
 }
 
-void train(const TrainOptions& options, const Command& command) {
+/// Throws Error unless the trials are a data set's or a stream's, with the options of either.
+void check_trials(const TrainOptions& options, const Command& command) {
   for (const char* name : {"--protocol", "--controller", "--sensor-noise", "--stream-trials", "--validation-trials"})
     if (!options.stream && command.count(name) > 0)
       throw Error(Code::setting_conflict, name, "has no effect on a data set, which was simulated already",
                   "use it with --stream");
   if (options.data.empty() != options.stream)
     throw Error(Code::setting_missing, "train", "needs trials", "give either --data data.npz or --stream");
+}
+
+/// Fits the preset to the trials: its outputs to their parameters, its network input to their protocol.
+void adapt_preset(const TrainOptions& options, const sim::Protocol& protocol, Preset& preset) {
+  if (options.architecture_file.empty())
+    preset = with_head(preset, preset.head, protocol.parameters().size(), "--head");
+  if (options.image_file.empty()) preset.image = image_for(preset, protocol);
+}
+
+/// Finds the state in which the training begins, at all ranks. Returns no state if the training is done.
+Beginning begin_together(const TrainOptions& options, const TrainingSettings& settings,
+                         const dataset::TrialSource& source) {
+  const std::optional<Model> from = options.from.empty() ? std::nullopt : std::optional(load_model(options.from));
+  std::optional<Origin::Start> start;
+  if (from) start = start_from(from->origin, nn::weights_sha256(from->network));
+  const Origin origin = make_origin(settings, source, std::string("decid ") + version, start);
+  require_same("the training", to_json(origin) + sim::to_json(source.protocol()), "give all hosts the same files");
+  Beginning begin = is_root() ? beginning(options, settings, source, origin, from) : Beginning{};
+  const std::string how = broadcast_text(ranks(), !begin.state ? "done" : begin.resumed ? "resumed" : "fresh");
+  begin.resumed = how == "resumed";
+  if (how != "done" && ranks() != nullptr) share_state(*ranks(), begin.state);
+  return begin;
+}
+
+long long samples_left(const Preset& preset, const dataset::TrialSource& source, const TrainingState& state) {
+  const long long trials = source.trials(dataset::Part::training);
+  return trials * (preset.epochs - static_cast<int>(state.log.size())) - state.part.trials;
+}
+
+/// Returns a line about the network and the trials.
+std::string begin_text(const Preset& preset, const dataset::TrialSource& source, const nn::Network<float>& network) {
+  return format("%s: %zu parameters, %.1f MFLOP per sample; %d training and %d validation trials; kernels %s",
+                preset.name.c_str(), network.parameter_count(), static_cast<double>(network.flops()) * 1e-6,
+                source.trials(dataset::Part::training), source.trials(dataset::Part::validation),
+                nn::kernels<float>().name);
+}
+
+void train(const TrainOptions& options, const Command& command) {
+  check_trials(options, command);
   const TrainFiles files(options.output);
   std::vector<std::string> read{options.data, options.architecture_file, options.image_file, options.from};
   const sim::Protocol protocol =
@@ -284,31 +324,14 @@ void train(const TrainOptions& options, const Command& command) {
   const std::unique_ptr<dataset::TrialSource> source =
       options.stream ? dataset::stream_source(protocol, options.seed, options.stream_trials, options.validation_trials)
                      : dataset::stored_source(dataset::StoredDataset(options.data));
-  if (options.architecture_file.empty())
-    settings.preset =
-        with_head(settings.preset, settings.preset.head, source->protocol().parameters().size(), "--head");
-  if (options.image_file.empty()) settings.preset.image = image_for(settings.preset, source->protocol());
-  const std::optional<Model> from = options.from.empty() ? std::nullopt : std::optional(load_model(options.from));
-  std::optional<Origin::Start> start;
-  if (from) start = start_from(from->origin, nn::weights_sha256(from->network));
-  const Origin origin = make_origin(settings, *source, std::string("decid ") + version, start);
-  require_same("the training", to_json(origin) + sim::to_json(source->protocol()), "give all hosts the same files");
-  Beginning begin = is_root() ? beginning(options, settings, *source, origin, from) : Beginning{};
-  const std::string how = broadcast_text(ranks(), !begin.state ? "done" : begin.resumed ? "resumed" : "fresh");
-  if (how == "done") return;
-  begin.resumed = how == "resumed";
-  if (ranks() != nullptr) share_state(*ranks(), begin.state);
+  adapt_preset(options, source->protocol(), settings.preset);
+  Beginning begin = begin_together(options, settings, *source);
+  if (!begin.state) return;
   TrainingState state = std::move(*begin.state);
 
   const Preset& preset = settings.preset;
-  const int trials = source->trials(dataset::Part::training);
-  const long long total =
-      static_cast<long long>(trials) * (preset.epochs - static_cast<int>(state.log.size())) - state.part.trials;
-  ProgressBar bar("train", "samples", total, options.common.quiet);
-  bar.line(format("%s: %zu parameters, %.1f MFLOP per sample; %d training and %d validation trials; kernels %s",
-                  preset.name.c_str(), state.model.network.parameter_count(),
-                  static_cast<double>(state.model.network.flops()) * 1e-6, trials,
-                  source->trials(dataset::Part::validation), nn::kernels<float>().name));
+  ProgressBar bar("train", "samples", samples_left(preset, *source, state), options.common.quiet);
+  bar.line(begin_text(preset, *source, state.model.network));
   if (begin.resumed)
     bar.line(format("resuming after epoch %zu of %d%s", state.log.size(), preset.epochs, part_text(state).c_str()));
   catch_interrupt(options.usr1);

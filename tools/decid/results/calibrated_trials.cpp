@@ -34,9 +34,10 @@ Json settings_of(const Json& calibration, const std::string& file) {
 
 /// Returns a setting for a message. Shortens long JSON text in the middle.
 std::string shown(const Json& value) {
-  constexpr std::size_t most = 40;
+  constexpr std::size_t max_length = 40;
   const std::string text = print_json(value);
-  return text.size() <= most ? text : text.substr(0, most / 2) + "..." + text.substr(text.size() - most / 4);
+  return text.size() <= max_length ? text
+                                   : text.substr(0, max_length / 2) + "..." + text.substr(text.size() - max_length / 4);
 }
 
 /// Returns "seed is 9, and was 90" for the first value that differs; empty if none differs. `name`: the value's name.

@@ -14,7 +14,7 @@ namespace decid::tools {
 std::vector<Figure> study_figures(const ModelStudy& study);
 
 /// The minimum number of trials of a bin in a figure; the table has the smaller bins too.
-inline constexpr int fewest_trials_drawn = 10;
+inline constexpr int min_trials_drawn = 10;
 /// Adds error against sway and against noise at each level of measurement noise, and the learning curve if there is
 /// one.
 void add_worth_figures(const ModelStudy& study, std::vector<Figure>& figures);

@@ -61,8 +61,8 @@ std::string panels(const sim::ParameterTable& parameters, const std::vector<Nois
       std::vector<double> middles, values;
       for (const Bin& bin : list) {
         middles.push_back((bin.low + bin.high) / 2);
-        values.push_back(bin.trials < fewest_trials_drawn ? std::numeric_limits<double>::quiet_NaN()
-                                                          : value(bin.*scores, panel));
+        values.push_back(bin.trials < min_trials_drawn ? std::numeric_limits<double>::quiet_NaN()
+                                                       : value(bin.*scores, panel));
       }
       plot.line(middles, values, pen);
       if (!pen.dashed) plot.dots(middles, values, pen.colour);
@@ -96,7 +96,7 @@ void add_worth_figures(const ModelStudy& study, std::vector<Figure>& figures) {
       "%d test trials of seed %llu (uniform parameters, no enrichment), the same at each level of measurement noise. "
       "MSE of the z-scored parameters; the dashed line guesses the training set's mean. Bins of fewer than %d "
       "trials are left out, values above 1.5 stand at the frame's edge; the table has all.",
-      study.levels.front().all.trials, static_cast<unsigned long long>(study.fresh_seed), fewest_trials_drawn);
+      study.levels.front().all.trials, static_cast<unsigned long long>(study.fresh_seed), min_trials_drawn);
   figures.push_back(
       {"error-by-amplitude", "Error against the amplitude of sway", trials,
        panels(study.protocol.parameters(), study.levels, &NoiseLevel::by_amplitude_deg, "Peak to peak (deg)"),

@@ -37,12 +37,12 @@ bool differ(const std::map<std::string, Counts, NameOrder>& groups) {
 /// Returns the first elements of a map as text, "a, b, ...".
 template <class Map, class TextOf>
 std::string first_of(const Map& map, const char* separator, TextOf text_of) {
-  constexpr std::size_t most = 6;
+  constexpr std::size_t max_shown = 6;
   std::string text;
   std::size_t shown = 0;
   for (const auto& [name, value] : map) {
     if (shown > 0) text += separator;
-    if (shown == most) return text + "...";
+    if (shown == max_shown) return text + "...";
     text += text_of(name, value);
     ++shown;
   }
@@ -50,7 +50,7 @@ std::string first_of(const Map& map, const char* separator, TextOf text_of) {
 }
 
 /// Returns true if more than half of the values, three or more, are of one person each.
-bool most_have_one(const std::map<std::string, std::set<std::string>, NameOrder>& people_of) {
+bool most_are_of_one_person(const std::map<std::string, std::set<std::string>, NameOrder>& people_of) {
   const auto alone = std::ranges::count_if(people_of, [](const auto& one) { return one.second.size() == 1; });
   return people_of.size() > 2 && 2 * static_cast<std::size_t>(alone) > people_of.size();
 }
@@ -80,7 +80,7 @@ std::vector<std::string> notes_on_mixed(const GroupReport& groups, bool has_stud
       ++of_groups[group][value];
       people_of[value].insert(members[i].participant);
     }
-    if (of_groups.size() < 2 || most_have_one(people_of) || !differ(of_groups)) return;
+    if (of_groups.size() < 2 || most_are_of_one_person(people_of) || !differ(of_groups)) return;
     const std::string shown = first_of(of_groups, "; ", [](const std::string& group, const Counts& counts) {
       return one_line(group) + ": " + first_of(counts, ", ", [](const std::string& value, std::size_t count) {
                return format("%zu of %s", count, one_line(value).c_str());
@@ -104,7 +104,7 @@ std::vector<std::string> notes_on_lone_sessions(const GroupReport& groups) {
     if (!one.group.empty() && !one.session.empty() && groups.left_out[i].empty())
       people_of[one.session].insert(one.participant);
   }
-  if (!most_have_one(people_of)) return {};
+  if (!most_are_of_one_person(people_of)) return {};
   const std::string shown =
       first_of(people_of, ", ", [](const std::string& session, const auto&) { return one_line(session); });
   return {"Most sessions have one person alone (" + shown +

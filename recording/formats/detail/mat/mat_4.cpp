@@ -54,7 +54,7 @@ std::vector<MatVariable> read_mat_4(std::string_view bytes, const std::string& w
     if (variables.size() == std::size_t{max_mat_variables})
       throw Error(Code::file_too_large, where, "holds more than 10000 variables", "save only one trial");
     MatVariable variable;
-    if (name_bytes > longest_name) refuse_damaged(where, ", in a name");
+    if (name_bytes > max_name_bytes) refuse_damaged(where, ", in a name");
     const std::string_view name = from.take(name_bytes);
     variable.name = name.substr(0, name.find('\0'));
     variable.height = height;

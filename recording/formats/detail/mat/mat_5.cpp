@@ -172,7 +172,7 @@ class Reader5 {
 
   void read_class(MatBytes& from, MatVariable& variable) const {
     const Element name = next(from);
-    if (name.type == int8 && name.data.size() <= longest_name) variable.text = {text(name.data)};
+    if (name.type == int8 && name.data.size() <= max_name_bytes) variable.text = {text(name.data)};
   }
 
   void read_text(const Element& element, MatVariable& variable) {
@@ -201,7 +201,7 @@ class Reader5 {
   }
 
   std::string text(std::string_view data) const {
-    if (data.size() > longest_name) refuse_damaged(where_, ", in a name");
+    if (data.size() > max_name_bytes) refuse_damaged(where_, ", in a name");
     return std::string(data.substr(0, data.find('\0')));
   }
 

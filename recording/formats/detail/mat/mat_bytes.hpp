@@ -13,7 +13,7 @@
 
 namespace decid::recording {
 
-inline constexpr std::size_t longest_name = 1024;  // MATLAB's names have at most 63 characters
+inline constexpr std::size_t max_name_bytes = 1024;  // MATLAB's names have at most 63 characters
 
 [[noreturn]] inline void refuse_damaged(const std::string& where, const std::string& what) {
   throw Error(Code::file_damaged, where, "is cut short or damaged" + what, "copy or save it again");

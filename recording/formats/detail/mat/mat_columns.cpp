@@ -150,8 +150,8 @@ class Collector {
     if (variable.values.size() == 1) return add_scalar(variable, scope);
     if (variable.values.empty()) return;
     // Elements of arrays also hold pairs of numbers: limits, window positions.
-    constexpr std::size_t fewest_samples = 16;
-    if (!elements_.empty() && variable.values.size() < fewest_samples) return;
+    constexpr std::size_t min_samples = 16;
+    if (!elements_.empty() && variable.values.size() < min_samples) return;
     // A matrix of one row and many pages is a column of that row.
     if (variable.pages > 1 && variable.height == 1) {
       variable.height = variable.width;
