@@ -222,7 +222,7 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     undamp_.push_back(decid::exp(damping_ * block_s * block) * padded_blocks_ / static_cast<double>(padded_steps));
 }
 
-// What passes the dead band is the velocity less at most theta. Bins are exact for a straight line in each half only,
+// The velocity passes the dead band less at most theta. Bins are exact for a straight line in each half only,
 // and their error grows with the velocity. So the platform's part of it is taken from its steps, as if all of it
 // passed.
 void Density::set_unbinned() {

@@ -197,7 +197,7 @@ TEST_CASE("fit: where chains disagree, the network's values have its intervals; 
   run_ok("simulate --seed 7 --quiet -o " + folder / "t.csv");
   const auto first = [](const std::string& command) { return first_recording(command + " --json"); };
   const std::string golden = DECID_SOURCE_DIR "/tests/golden/0.2.0/";  // a network of trials of 4 s
-  const std::string few = "fit --quiet --seed 6 --max-draws 8 ",
+  const std::string few = "fit --quiet --seed 2 --max-draws 8 ",
                     trial = golden + "trial.csv --model " + golden + "net.safetensors";
   const Json fitted = first(few + trial), identified = first("identify " + trial),  // too few draws to agree
       turned = first(few + folder / "t.csv" + " --invert sway");
