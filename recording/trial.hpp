@@ -47,8 +47,8 @@ struct Trial {
   std::vector<SampleRange> gaps = {};
   std::optional<LowPass> low_pass = {};  ///< that smoothed the sway
   bool start_is_doubtful = false;        ///< a warning of the recording says so
-  /// The sway follows the tilt as if the recording started this much after the protocol (negative: before it), to within
-  /// 0.7 s, which the warning `other_start` says.
+  /// The sway follows the tilt as if the recording started this much after the protocol (negative: before it), to
+  /// within 0.7 s, which the warning `other_start` says.
   std::optional<double> other_start_s = {};
 
   /// Returns the samples of com_sway. Throws Error without them.

@@ -22,7 +22,7 @@ namespace {
 /// response to the tilt 20 and less. The gain of a response is proportional to the length.
 constexpr double min_gain = 60.0, min_gain_of_turned = 35.0, tuned_s = 120.0, min_scaled_gain = 26.0;
 constexpr double min_turned = 0.2;                       // the sine of 11 degrees
-constexpr double max_shift_s = 3.0, shift_step_s = 0.5;  // of a recording that starts late or early
+constexpr double max_start_s = 3.0, shift_step_s = 0.5;  // of a recording that starts late or early
 
 struct Axis {
   Recording recording;
@@ -46,7 +46,7 @@ Axis brought(const ProtocolPlan& plan, const TrialOptions& options, Recording re
 /// largest response, or the end without any.
 std::vector<Axis>::iterator find_response(std::vector<Axis>& axes, const ResponseCheck& check, double required_gain) {
   const auto far = [&](const Axis& axis) { return axis.response.gain > required_gain ? axis.response.rms_rad : 0.0; };
-  for (double size_s = 0.0; size_s <= max_shift_s; size_s += shift_step_s)
+  for (double size_s = 0.0; size_s <= max_start_s; size_s += shift_step_s)
     for (const double shift_s : {size_s, -size_s}) {
       if (size_s == 0.0 && std::signbit(shift_s)) continue;
       for (Axis& axis : axes) axis.response = check.response_of(axis.sway_rad, shift_s);

@@ -25,10 +25,10 @@ class TiltMatcher {
   /// Returns the delay of the largest absolute normalised correlation at which at most `overhang` samples of `expected`
   /// lie outside of `measured` at either end; of the largest positive one if it is within 0.01 of that, because the
   /// second half of many stimuli is their first half inverted. Among delays within 1e-6 of the maximum the earliest
-  /// wins, because a stimulus repeats. A parabola through the maximum and its neighbours gives the delay between samples (Knapp and
-  /// Carter, IEEE Trans. ASSP 24, 1976; exact where the correlation is quadratic about its peak). `measured` must be at
-  /// least as long as `expected` minus the overhang; outside of it, its first and last value continue. The correlation
-  /// is 0 if either signal is constant.
+  /// wins, because a stimulus repeats. A parabola through the maximum and its neighbours gives the delay between
+  /// samples (Knapp and Carter, IEEE Trans. ASSP 24, 1976; exact where the correlation is quadratic about its peak).
+  /// `measured` must be at least as long as `expected` minus the overhang; outside of it, its first and last value
+  /// continue. The correlation is 0 if either signal is constant.
   Match match(std::span<const double> measured) const;
 
  private:
