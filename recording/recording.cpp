@@ -357,10 +357,14 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   if (table.rows(sway) < 2)
     throw Error(Code::recording_too_short, recording.file, "has only one sample", "give a whole recording");
   time = time_of_sway(table, sway, time, options, recording.file);
-  const auto numbers_of = [&](int column) { return read_numbers(table, column, options.missing_value); };
-  const auto separate =
-      known ? known
-            : std::make_shared<const SeparateRows>(*read, source.columns, options.rate_hz ? -1 : time, numbers_of);
+  const auto numbers_of = [&](int column, std::size_t step) {
+    return read_numbers(table, column, options.missing_value, step);
+  };
+  const auto separate = known ? known : std::make_shared<const SeparateRows>(*read, source.columns, time, numbers_of);
+  if (options.rate_hz && separate->rows() > 0)
+    throw Error(Code::times_uneven, recording.file,
+                "rows without " + table.name(sway) + " hold values of other signals, so one rate does not fit all rows",
+                "leave out " + setting("rate") + ": each signal is then read at its own times");
   if (!known && separate->rows() > 0)
     add_info(
         recording.warnings, "separate_rows",

@@ -46,9 +46,11 @@ int samples_per_block(const sim::Experiment& experiment) {
   const int steps = experiment.steps_per_sample(),
             usual = std::max(1, static_cast<int>(std::floor(block_ms / steps + 0.5)));
   const sim::Stimulus stimulus = sim::make_stimulus(experiment);
+  const int all = experiment.samples();
   for (int other = 0; other <= usual / 5; ++other)
     for (const int samples : {usual - other, usual + other})
-      if (find_first_step(stimulus, samples * steps)) return samples;
+      if (NoiseSpectrum::fast_blocks(all / samples) >= min_blocks && find_first_step(stimulus, samples * steps))
+        return samples;
   return usual;
 }
 
@@ -148,7 +150,7 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     quantiles_.push_back(make_quantile(priors, info.name, info.low, info.range()));
   if (blocks_ < min_blocks) {
     throw Error(Code::setting_out_of_range, "protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
-                "give a protocol of at least 2 s");
+                format("give a protocol of at least %g s", min_blocks * block_s()));
   }
   check_noise(protocol, noise_);
   const sim::Experiment& experiment = protocol.experiment;
@@ -224,7 +226,7 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
 
 // The velocity passes the dead band less at most theta. Bins are exact for a straight line in each half only,
 // and their error grows with the velocity. So the platform's part of it is taken from its steps, as if all of it
-// passed.
+// passed: what remains grows with theta.
 void Density::set_unbinned() {
   const auto in_lanes = [](int count) { return AlignedVector<double>(static_cast<std::size_t>(count) * lanes, 0.0); };
   AlignedVector<double> halves = in_lanes(2 * bins_), bins = in_lanes(padded_blocks_),

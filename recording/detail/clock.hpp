@@ -31,7 +31,8 @@ struct Clock {
 /// - Times of an even grid may be rounded so coarsely that samples share them. The clock then has a warning.
 /// - If a tenth of the steps or more are uneven (headsets, webcams), steps may have any length. The rate is that of the
 /// mean step, and a step of more than 2.5 median steps is a gap.
-/// Throws Error if the times start again, and for the first step that does not fit. The error names `setting_name`
+/// Throws Error if the times start again, and for the first step that does not fit, or among uneven steps the first
+/// that goes backwards. The error names `setting_name`
 /// ("--rate"), which gives the rate instead.
 Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting_name);
 

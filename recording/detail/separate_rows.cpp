@@ -14,7 +14,18 @@ namespace {
 constexpr double min_other = 0.05;  // of all rows
 constexpr double nearly = 0.9;      // of the rows; signals may share a time now and then
 constexpr double gap_s = 0.1, gap_steps = 2.5;
-constexpr std::size_t fewest_values = 20;
+constexpr double max_shared = 0.1;  // of a signal's times; more are rounded, and tell nothing about its place
+constexpr std::size_t min_values = 20;
+// Most tables have the sway in all rows, which every 61st row shows: no few signals take turns by a multiple of 61.
+constexpr std::size_t glance_step = 61, min_glance_rows = 6000;
+
+/// Returns true if the values change, unlike those of a flag of missing samples, and have times of their own.
+bool is_signal(const std::vector<double>& time, const std::vector<double>& value) {
+  std::size_t shared = 0;
+  for (std::size_t i = 1; i < time.size(); ++i) shared += time[i] == time[i - 1] ? 1 : 0;
+  return std::ranges::any_of(value, [&](double other) { return other != value.front(); }) &&
+         static_cast<double>(shared) <= max_shared * static_cast<double>(time.size());
+}
 
 }  // namespace
 
@@ -22,9 +33,14 @@ SeparateRows::SeparateRows(Table& table, const std::vector<int>& sway, int time,
   if (time < 0) return;
   const std::size_t rows = table.rows(time);
   if (std::ranges::any_of(sway, [&](int column) { return table.rows(column) != rows; })) return;
+  const auto lacks = [&](int column) {
+    return std::ranges::any_of(read(column, rows < min_glance_rows ? 1 : glance_step),
+                               [](double value) { return !std::isfinite(value); });
+  };
+  if (std::ranges::none_of(sway, lacks)) return;
   std::vector<bool> has_sway(rows, true);
   for (const int column : sway) {
-    const std::vector<double> values = read(column);
+    const std::vector<double> values = read(column, 1);
     for (std::size_t row = 0; row < rows; ++row)
       if (!std::isfinite(values[row])) has_sway[row] = false;
   }
@@ -32,7 +48,7 @@ SeparateRows::SeparateRows(Table& table, const std::vector<int>& sway, int time,
   for (std::size_t row = 0; row < rows; ++row)
     if (has_sway[row]) kept.push_back(row);
   const auto others = static_cast<double>(rows - kept.size());
-  if (others < min_other * static_cast<double>(rows) || kept.size() < fewest_values) return;
+  if (others < min_other * static_cast<double>(rows) || kept.size() < min_values) return;
 
   std::vector<double> times;
   try {
@@ -46,7 +62,7 @@ SeparateRows::SeparateRows(Table& table, const std::vector<int>& sway, int time,
     if (column == time || std::ranges::count(sway, column) > 0 || table.rows(column) != rows) continue;
     std::vector<double> values;
     try {
-      values = read(column);
+      values = read(column, 1);
     } catch (const Error&) {  // words
       continue;
     }
@@ -54,13 +70,16 @@ SeparateRows::SeparateRows(Table& table, const std::vector<int>& sway, int time,
         static_cast<double>(std::ranges::count_if(kept, [&](std::size_t row) { return std::isfinite(values[row]); }));
     if (shared > (1.0 - nearly) * static_cast<double>(kept.size())) continue;
     Signal signal;
+    std::vector<std::size_t> own;
     for (std::size_t row = 0; row < rows; ++row) {
       if (!std::isfinite(values[row])) continue;
-      has_other[row] = true;
+      own.push_back(row);
       signal.time.push_back(times[row]);
       signal.value.push_back(values[row]);
     }
-    if (signal.time.size() >= fewest_values) signals_.emplace(column, std::move(signal));
+    if (own.size() < min_values || !is_signal(signal.time, signal.value)) continue;
+    for (const std::size_t row : own) has_other[row] = true;
+    signals_.emplace(column, std::move(signal));
   }
   double explained = 0.0;
   for (std::size_t row = 0; row < rows; ++row) explained += !has_sway[row] && has_other[row] ? 1.0 : 0.0;

@@ -15,19 +15,20 @@ namespace decid::recording {
 /// The signals of a table that the sway's rows lack, by their columns.
 class SeparateRows {
  public:
-  /// Returns a column's numbers, NaN where they are missing.
-  using Read = std::function<std::vector<double>(int column)>;
+  /// Returns a column's numbers in each step-th row, NaN where they are missing.
+  using Read = std::function<std::vector<double>(int column, std::size_t step)>;
 
   /// Keeps of `table` the rows in which the columns `sway` have numbers, if nearly each other row has one of a column
-  /// that is empty in the sway's rows, and the sway lacks a number in a twentieth of the rows or more. Otherwise
-  /// changes nothing. `time`: the column of the times.
+  /// that is empty in the sway's rows, changes and has times of its own, and the sway lacks a number in a twentieth of
+  /// the rows or more. Otherwise changes nothing. `time`: the column of the times.
   SeparateRows(Table& table, const std::vector<int>& sway, int time, const Read& read);
 
   bool has(int column) const { return signals_.contains(column); }
   std::size_t rows() const { return rows_; }  ///< that were not kept; 0: nothing changed
 
   /// Returns a column at `samples` times of the clock's grid, by straight lines between its own values; NaN where they
-  /// are more than 0.1 s and 2.5 of their median steps apart. `unit_s`: the times' unit in seconds.
+  /// are more than 0.1 s and 2.5 of their median steps apart. Its end values last so long, too. `unit_s`: the times'
+  /// unit in seconds.
   std::vector<double> at(int column, const Clock& clock, double unit_s, std::size_t samples) const;
 
  private:

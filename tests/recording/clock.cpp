@@ -173,6 +173,25 @@ TEST_CASE("signals in rows of their own, as logs of several topics have them, ar
   // Samples that the log lost are gaps as in any other table.
   check_error([&] { read(log_of(true)); }, Code::value_missing);
   CHECK(read(log_of(true), {.fill_gaps_s = 0.2}).gaps.size() == 9);
+  // One rate does not fit rows of several signals.
+  check_error([&] { read(log_of(false), {.rate_hz = 100.0}); }, Code::times_uneven, "leave out");
+  // A flag of missing samples is no signal, nor is one whose rounded times say nothing about its place.
+  for (const bool is_flag : {true, false}) {
+    std::string flagged = "time,sway_deg,other\n";
+    for (int k = 0; k < 1000; ++k) {
+      const bool missing = k % 100 < 10;
+      const double time = is_flag || !missing ? 0.01 * k : 0.01 * (k - k % 100);
+      flagged += format("%.2f,", time) + (missing ? "" : format("%.6f", sway_at(0.01 * k))) + "," +
+                 (missing ? format("%d", is_flag ? 1 : k) : "") + "\n";
+    }
+    if (!is_flag) {
+      check_error([&] { read(flagged, {.fill_gaps_s = 0.2}); }, Code::times_uneven);
+      continue;
+    }
+    const Recording whole = read(flagged, {.fill_gaps_s = 0.2});
+    CHECK_FALSE(has(whole.warnings, "separate_rows"));
+    CHECK(whole.signals.at(com_sway).rad.size() == 1000);
+  }
   // A signal in the sway's rows does not explain rows without sway.
   std::string text = "time,sway_deg,load\n";
   for (int k = 0; k < 300; ++k)

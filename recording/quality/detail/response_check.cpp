@@ -432,14 +432,14 @@ Changes look_for_changes(const ResponseCheck& check, std::span<const double> swa
   if (is_shifted || (!slips && found.early_s > 0.0)) {
     const double start_s = is_shifted ? found.shift_s : -found.early_s;
     const bool late = start_s > 0.0;
-    add_caution(
-        warnings, "other_start",
-        "the sway follows the tilt as if the recording started " + three_digits(std::abs(start_s)) + " s " +
-            (late ? "after" : "before") + " the protocol: " +
-            (late ? "give a recording from the protocol's start on"
-                  : "give the protocol's start as " + setting("begin")) +
-            (std::abs(start_s) <= inferable_start_s ? ", or let a fit infer it (" + setting("prior_start") + " 0.5)"
-                                                    : ""));
+    add_caution(warnings, "other_start",
+                "the sway follows the tilt as if the recording started " + three_digits(std::abs(start_s)) + " s " +
+                    (late ? "after" : "before") + " the protocol: " +
+                    (late ? "give a recording from the protocol's start on"
+                          : "give the protocol's start as " + setting("begin")) +
+                    (std::abs(start_s) <= inferable_start_s
+                         ? ", or let a fit without a measured tilt infer it (" + setting("prior_start") + " 0.5)"
+                         : ""));
     changes.other_start_s = start_s;
     return changes;
   }

@@ -126,6 +126,30 @@ TEST_CASE("Density: a platform that moves far, and at other times than a bin's, 
   }
 }
 
+TEST_CASE("Density: a platform that never passes the dead band is modelled as well") {
+  sim::Protocol protocol = sines_protocol();
+  for (sim::Sine& sine : std::get<sim::Sines>(protocol.experiment.stimulus).components)
+    sine.amplitude_deg *= 0.1;  // at most 0.0018 rad/s together
+  protocol.noise.vestibular.scale_deg = 0.0;
+  sim::Parameters parameters = some_parameters();
+  parameters[sim::Theta] = 0.005;
+  const Density density(protocol, {.start_s = 0.0, .gain = 0.0, .standing_s = 0.0});
+  Values x(static_cast<std::size_t>(density.size()) * lanes, 0.0);
+  for (int chain = 0; chain < lanes; ++chain)
+    density.set({.parameters = parameters, .sensor_noise_deg = 0.02}, x, chain);
+  const Observation observation = density.observe(recorded(protocol, parameters, 0.0, 0));
+  CHECK(rms_deg(of_chain(model(density, observation, x).residual, 0)) < 2e-4);
+}
+
+TEST_CASE("Density: blocks that align are not longer than a short protocol allows") {
+  sim::Protocol protocol = sim::short_protocol();
+  protocol.experiment.stimulus = sim::Sequence{
+      .feedback = {1, 2}, .start = {1, 1}, .state_s = 0.33, .offset_s = 0.0, .cycles = 1, .lead_out_s = 0.1};
+  const Density density(protocol, {});
+  CHECK(density.blocks() >= 20);
+  CHECK(within(density.block_s(), 0.1, 1e-9));
+}
+
 TEST_CASE("Density: before the trial the platform rested, or it played the end of the cycle") {
   sim::Protocol twice = sines_protocol();
   std::get<sim::Sines>(twice.experiment.stimulus).cycles = 2;
