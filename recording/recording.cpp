@@ -343,7 +343,7 @@ int time_of_sway(const Table& table, int sway, int time, const RecordingOptions&
 /// Reads a recording from a table that holds no other one. `axis`: the sway's column, if it is another axis of a centre
 /// of mass; else -1. `known`: the table's separate rows, of the first reading.
 Recording read_from(const std::shared_ptr<Table>& read, const std::string& file, const RecordingOptions& options,
-                    int axis = -1, std::shared_ptr<const SeparateRows> known = nullptr) {
+                    int axis = -1, const std::shared_ptr<const SeparateRows>& known = nullptr) {
   Recording recording;
   recording.file = file;
   const Table& table = *read;
