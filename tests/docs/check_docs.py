@@ -13,7 +13,6 @@ README_LIMIT_BYTES = 9216
 # Lines of a page, or of a shelf's pages; docs/research keeps dated records of any length.
 LIMITS = {"README.md": 120, "docs/start/quickstart.md": 80, "docs/start/concepts.md": 120, "docs/develop/performance.md": 100,
           "docs/tutorials": 150, "docs/guide": 220, "docs/reference": 200, "docs/develop": 120}
-WRITTEN = {"tests/long-check.txt"}  # by tools/check --long
 GENERATED = "docs/reference/command-line.md"  # from help texts, which have a check of their own
 SOURCE = re.compile(r"(?<![\w/.])(?:base|nn|sim|dataset|recording|posterior|identify|tools|bindings|tests|bench|cmake|examples|models)"
                     r"/[\w/.-]*\w\.(?:hpp|cpp|h|c|py|js|json|csv|cmake|txt|safetensors|ipynb)\b")
@@ -71,7 +70,7 @@ def problems_of_text(name, page, root):
     yield from (f"{name}: {complaint}" for complaint in words.complaints(prose) + words.figures(prose))
     # A folder may be an installed one (decid/sim/fft.hpp), an old one or made; only the project's own count.
     yield from (f"{name}: there is no {source}" for source in sorted(set(SOURCE.findall(FENCE.sub("", text))))
-                if (root / source.partition("/")[0]).is_dir() and source not in WRITTEN and not (root / source).exists())
+                if (root / source.partition("/")[0]).is_dir() and not (root / source).exists())
 
 
 def warnings_of(root):
