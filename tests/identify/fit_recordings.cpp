@@ -275,13 +275,14 @@ TEST_CASE("a low-pass is undone before a fit; one that may delay leaves the star
   // A fit that infers the start drops `other_start`; one whose tilt gives the start, or that infers another one, keeps
   // it.
   const double rate_hz = sines_protocol().experiment.sample_rate_hz;
-  std::vector<RecordingResult> read(7);
+  std::vector<RecordingResult> read(9);
   for (RecordingResult& one : read) {
     one.file = "trial.csv";
     one.trial = recording::make_trial(recorded(sines_protocol(), some_parameters(), 0.02, 0));
   }
   // As recorded; filtered and unknown; filtered and known; unclear; with a measured tilt, and a filter that may delay;
-  // with a response that starts far away.
+  // with a response that starts far away; started 0.06 s late, with a response within 0.7 s of that, and within 0.7 s
+  // of its negative only.
   for (const std::size_t i : {1U, 2U}) read[i].trial.sway_rad() = first_order(read[i].trial.sway_rad(), 3.0, rate_hz);
   const recording::LowPass filter{1, true, 3.0, rate_hz, 0.6, 0.6};
   read[2].trial.low_pass = filter;
@@ -292,6 +293,12 @@ TEST_CASE("a low-pass is undone before a fit; one that may delay leaves the star
   for (const std::size_t i : {0U, 4U, 6U}) {
     add_caution(read[i].warnings, "other_start", "starts later");
     read[i].trial.other_start_s = i == 6U ? 2.4 : 0.2;
+  }
+  for (const std::size_t i : {7U, 8U}) {
+    std::vector<float>& sway = read[i].trial.sway_rad();
+    std::shift_left(sway.begin(), sway.end(), 6);
+    add_caution(read[i].warnings, "other_start", "starts later");
+    read[i].trial.other_start_s = i == 7U ? 0.7 : -0.7;
   }
   read[5].trial.low_pass = {2, false, 4.0, rate_hz, 0.95, 0.95};
   Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
@@ -313,4 +320,7 @@ TEST_CASE("a low-pass is undone before a fit; one that may delay leaves the star
   CHECK(count(0, "other_start") == 0);
   CHECK(count(4, "other_start") == 1);
   CHECK(count(6, "other_start") == 1);
+  CHECK(within(read[7].fit->posterior.mean(posterior::Density::start), 0.05, 0.03));
+  CHECK(count(7, "other_start") == 0);
+  CHECK(count(8, "other_start") == 1);
 }
