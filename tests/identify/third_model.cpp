@@ -8,6 +8,7 @@
 #include "identify/identify.hpp"
 #include "identify/training/training.hpp"
 #include "sim/protocol/protocol_json.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 
 namespace decid {
