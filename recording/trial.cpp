@@ -239,7 +239,9 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
       Changes changes = look_for_changes(plan.response(), values, trial.gaps, recording.warnings);
       trial.other_start_s = changes.other_start_s;
       append(recording.warnings, std::move(changes.warnings));
-      append(recording.warnings, look_for_reversed_time(values, plan));
+      const double response_gain = plan.response().prediction_gain(values);
+      if (response_gain > 0.0) trial.response_gain = response_gain;
+      append(recording.warnings, look_for_reversed_time(values, response_gain, plan));
       append(recording.warnings, look_for_repeated_cycle(values, plan, from_hz));
     }
     if (&signal == tilt) {

@@ -50,6 +50,10 @@ struct Trial {
   /// The sway follows the tilt as if the recording started this much after the protocol (negative: before it), to
   /// within 0.7 s, which the warning `other_start` says.
   std::optional<double> other_start_s = {};
+  /// How much the linear response to the tilt improves the prediction of the sway (response_check.hpp): the number of
+  /// 0.1 s blocks times the relative decrease of the squared error. A sway that does not respond has 12 on average, and
+  /// above 25 with a probability of 1.5%. Empty for trials under 40 s.
+  std::optional<double> response_gain = {};
 
   /// Returns the samples of com_sway. Throws Error without them.
   std::vector<float>& sway_rad() & { return signals.at(com_sway).rad; }

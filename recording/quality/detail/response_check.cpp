@@ -258,6 +258,11 @@ class DeadTimes {
   Taps right_{};
 };
 
+void subtract_mean(std::vector<double>& values) {
+  const double middle = mean(values);
+  for (double& value : values) value -= middle;
+}
+
 /// Returns the number of blocks times the relative decrease of the residual; 0 for a perfect fit.
 double gain_of(std::size_t blocks, double worse, double better) {
   return better > 0.0 ? static_cast<double>(blocks) * (worse / better - 1.0) : 0.0;
@@ -376,19 +381,25 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
   return found;
 }
 
-ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signal_rad, double shift_s) const {
+std::vector<double> ResponseCheck::centred_blocks(std::span<const double> signal_rad) const {
   if (is_short()) return {};
   std::vector<double> signal = block_means(signal_rad, block_);
-  const auto subtract_mean = [](std::vector<double>& values) {
-    const double middle = mean(values);
-    for (double& value : values) value -= middle;
-  };
   subtract_mean(signal);
   constexpr double rounding_rad = 1e-12;  // a constant's rounding errors are smaller
   if (std::ranges::all_of(signal, [](double value) { return std::abs(value) < rounding_rad; })) return {};
+  return signal;
+}
+
+std::size_t ResponseCheck::shifted_by(double shift_s) const {
   constexpr auto max_shift = static_cast<double>(max_slip);
-  const double shift = std::clamp(std::round(shift_s / step_s_), -max_shift, max_shift);
-  const Rest fit = fit_response(signal, tilt_, static_cast<std::size_t>(static_cast<double>(rest) + shift));
+  return static_cast<std::size_t>(static_cast<double>(rest) +
+                                  std::clamp(std::round(shift_s / step_s_), -max_shift, max_shift));
+}
+
+ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signal_rad, double shift_s) const {
+  const std::vector<double> signal = centred_blocks(signal_rad);
+  if (signal.empty()) return {};
+  const Rest fit = fit_response(signal, tilt_, shifted_by(shift_s));
   std::vector<double> response(signal.size());
   for (std::size_t k = 0; k < signal.size(); ++k) response[k] = signal[k] - fit.noise[k];
   subtract_mean(response);
@@ -400,6 +411,30 @@ ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signa
   const double rest_power = power(whitened(fit.noise, fit.a), order), all = power(whitened(signal, fit.a), order);
   const auto n = static_cast<double>(signal.size());
   return {n * (all / rest_power - 1.0), std::sqrt(power(response, 0) / n)};
+}
+
+double ResponseCheck::prediction_gain(std::span<const double> signal_rad, double shift_s) const {
+  const std::vector<double> signal = centred_blocks(signal_rad);
+  if (signal.empty()) return 0.0;
+  const std::size_t shifted = shifted_by(shift_s);
+  constexpr std::size_t own = order + 1, all = own + taps;  // the signal's past and the constant; with the tilt
+  std::array<double, all> row, right{};
+  std::array<std::array<double, all>, all> left{};
+  double squares = 0.0;
+  for (std::size_t k = order; k < signal.size(); ++k) {
+    for (std::size_t i = 0; i < order; ++i) row[i] = signal[k - 1 - i];
+    row[order] = 1.0;
+    for (std::size_t j = 0; j < taps; ++j) row[own + j] = tilt_[k + shifted - j];
+    for (std::size_t i = 0; i < all; ++i) {
+      right[i] += row[i] * signal[k];
+      for (std::size_t j = 0; j <= i; ++j) left[i][j] += row[i] * row[j];
+    }
+    squares += signal[k] * signal[k];
+  }
+  const double better = squares - eliminate(left, right);
+  double worse = squares;  // what the first unknowns explain on their own
+  for (std::size_t i = 0; i < own; ++i) worse -= right[i] * right[i];
+  return gain_of(signal.size(), worse, better);
 }
 
 Changes look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad,

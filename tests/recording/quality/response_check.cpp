@@ -7,6 +7,7 @@
 #include <numbers>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/math/random.hpp"
@@ -257,6 +258,44 @@ TEST_CASE("a platform that played half of the protocol is noticed") {
     CHECK(count["unusual_movement"] >= 10);
     CHECK(count["no_response"] >= 10);
   }
+}
+
+// Twelve degrees of freedom: the mean of 200 gains is 12 with a standard error of 0.35 at most, and 3 of them are
+// above 25.
+TEST_CASE("the gain of predicting by the tilt: 12 without a response, large also for a body that rings for long") {
+  const ResponseCheck check(plan().tilt_rad(), 100.0);
+  const std::size_t samples = plan().tilt_rad().size(), block = 10;
+  // Noise of a body: an oscillation at 0.5 Hz that decays with the time constant of 5 s, and sways by the tilt.
+  const auto sway_of = [&](std::uint64_t item, double response) {
+    const Random random(23, sim::streams::sensor_noise, item);
+    const double kept = std::exp(-0.1 / 5.0), turn = 2.0 * kept * std::cos(std::numbers::pi * 0.1);
+    std::vector<double> sway(samples);
+    double last = 0.0, before = 0.0;
+    for (std::size_t k = 0; k < samples; k += block) {
+      const double next =
+          turn * last - kept * kept * before + 1e-4 * random.normal(k / block) + response * plan().tilt_rad()[k];
+      before = std::exchange(last, next);
+      std::fill_n(sway.begin() + static_cast<std::ptrdiff_t>(k), std::min(block, samples - k), next);
+    }
+    return sway;
+  };
+  double sum = 0.0;
+  int above = 0;
+  for (std::uint64_t i = 0; i < 200; ++i) {
+    const double gain = check.prediction_gain(sway_of(i, 0.0));
+    sum += gain;
+    above += gain > 25.0 ? 1 : 0;
+  }
+  CHECK(test::within(sum / 200.0, 12.0, 1.5));
+  CHECK(above <= 10);  // 11 or more with a probability of 0.03%
+  std::vector<double> rings = sway_of(0, 0.05);
+  const double forwards = check.prediction_gain(rings);
+  CHECK(forwards > 300.0);
+  CHECK(check.prediction_gain(rings, 2.0) < 0.5 * forwards);
+  std::ranges::reverse(rings);
+  CHECK(check.prediction_gain(rings) < 0.2 * forwards);
+  CHECK(check.prediction_gain(std::vector<double>(samples, 0.1)) == 0.0);
+  CHECK(ResponseCheck(std::vector<double>(3000, 0.1), 100.0).prediction_gain(std::vector<double>(3000, 0.1)) == 0.0);
 }
 
 TEST_CASE("a recording that starts late or early throughout is no slip") {
