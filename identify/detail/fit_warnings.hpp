@@ -7,6 +7,7 @@
 #include "base/warning.hpp"
 #include "identify/estimate.hpp"
 #include "posterior/posterior.hpp"
+#include "recording/trial.hpp"
 
 namespace decid {
 
@@ -23,6 +24,12 @@ std::vector<int> at_edge(const posterior::Density& density, const posterior::Pos
 /// `unexplained_sway`.
 Warnings posterior_warnings(const posterior::Density& density, const posterior::Observation& observation,
                             const posterior::Posterior& found, NetworkUse network);
+
+/// Returns `no_response` if the sway does not measurably respond to the tilt, wherever the trial starts. With another
+/// stimulus than the protocol's, the fit then drives quantities to the ends of their priors: info for none of them
+/// there, caution for one, invalid for two or more. docs/research/posterior.md has how often.
+Warnings no_response_warnings(const posterior::Density& density, const posterior::Posterior& found,
+                              const recording::Trial& trial);
 
 /// Returns `network_disagrees` if the posterior's and the network's means of a parameter are further apart than 3.5 of
 /// their joint standard deviations.

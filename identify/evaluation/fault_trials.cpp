@@ -127,6 +127,14 @@ const std::vector<TestedCondition>& tested_conditions() {
            [](Recorded& samples, double size) {
              bridge_gap(samples.sway, static_cast<std::size_t>(size * samples.rate_hz), samples.random);
            }},
+      {.name = "later_part_s",
+       .text = "begins %g s later in the stimulus",
+       .apply =
+           [](Recorded& samples, double size) {
+             const auto samples_later = static_cast<std::size_t>(size * samples.rate_hz) % samples.sway.size();
+             std::rotate(samples.sway.begin(), samples.sway.begin() + static_cast<std::ptrdiff_t>(samples_later),
+                         samples.sway.end());
+           }},
   };
   return all;
 }
@@ -182,6 +190,7 @@ std::vector<Fault> faults_of_people() {
                              {"tilt", 2.0},
                              {"upside_down", 0.0},
                              {"backwards", 0.0},
+                             {"later_part_s", 20.0},
                              {"double_pendulum", 0.0}};
   std::vector<Fault> all;
   for (const auto& [name, size] : chosen) all.push_back(fault_of(*find_tested(name), size));

@@ -28,7 +28,8 @@ std::vector<Fault> all_faults();
 /// Returns faults of recordings of people, one size each: a body at rest at the first sample ("at_rest"), an offset,
 /// drift, detrending, coloured noise ("coloured_noise_deg": autoregressive, 0.98 from one sample at 100 Hz to the
 /// next), a late start, a wrong gain, coarse steps, a low-pass, 50 samples a second ("rate_hz"), a gap bridged by a
-/// straight line ("gap_s"). The last ones are not recordings of the protocol, as in all_faults().
+/// straight line ("gap_s"). The last ones are not recordings of the protocol: as in all_faults(), and of another
+/// stimulus of the same spectrum, which is the protocol's from 20 s on, followed by its first 20 s ("later_part_s").
 std::vector<Fault> faults_of_people();
 
 /// Returns the protocol with the fault, if the fault concerns the tilt or the body's standing, or is a condition.

@@ -83,6 +83,33 @@ TEST_CASE("warnings of a posterior: quantities at the end of their priors, and c
   const Warning parameter = of_edges(stiffest, NetworkUse::beside);
   CHECK(parameter.severity == Severity::info);
   CHECK(test::contains(parameter.text, "ranges"));
+
+  // No response to the tilt: the more quantities are at an end, the more severe. Another start explains the sway.
+  const auto severities_without_response = [&](recording::Trial trial) {
+    std::vector<Severity> severities;
+    posterior::State state = density.state(middle, 0);
+    for (const int end : {-1, static_cast<int>(sim::Kp), static_cast<int>(sim::Kd)}) {
+      if (end >= 0)
+        state.parameters[static_cast<std::size_t>(end)] = density.ranges()[static_cast<std::size_t>(end)].high;
+      test::set_posterior(found, std::vector(found.states().size(), state), found.rhat(), found.effective_draws());
+      for (const Warning& one : no_response_warnings(density, found, trial)) {
+        CHECK(one.code == "no_response");
+        severities.push_back(one.severity);
+      }
+    }
+    return severities;
+  };
+  recording::Trial trial;
+  CHECK(severities_without_response(trial).empty());
+  trial.response_gain = 20.0;
+  CHECK(severities_without_response(trial) == std::vector{Severity::info, Severity::caution, Severity::invalid});
+  trial.response_gain = 24.0;
+  CHECK(severities_without_response(trial) == std::vector{Severity::invalid});
+  trial.response_gain = 26.0;
+  CHECK(severities_without_response(trial).empty());
+  trial.response_gain = 20.0;
+  trial.other_start_s = 1.0;
+  CHECK(severities_without_response(trial).empty());
 }
 
 }  // namespace decid

@@ -101,6 +101,22 @@ TEST_CASE("six fits of six conditions: none is usable and far off, at most one n
   CHECK(usable >= 3);
 }
 
+// In the row of another stimulus in docs/research/posterior.md REPLACE
+TEST_CASE("four fits of another stimulus than the protocol's: none is usable" * doctest::test_suite("slow")) {
+  sim::Protocol protocol = sim::default_protocol();
+  protocol.noise.sensor = {0.02, 0.02};
+  FitRequest request;
+  request.settings.max_draws = 24;
+  protocol.standing_s = request.priors.standing_s;
+  const std::vector<FitCondition> rows = fit_faults(protocol, request.priors);
+  const auto other =
+      std::ranges::find_if(rows, [](const FitCondition& row) { return row.fault.name == "later_part_s"; });
+  REQUIRE(other != rows.end());
+  const FitConditionFigures found = fit_condition(built_in_model(), protocol, *other, request, 4, 2034);
+  CHECK(found.usable == 0);
+  CHECK(found.not_usable >= 2);
+}
+
 TEST_CASE("a row that is stopped has no trials") {
   const sim::Protocol protocol = sim::default_protocol();
   const FitCondition as_simulated = fit_conditions(protocol).front();
