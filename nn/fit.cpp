@@ -196,7 +196,7 @@ class Fit final : public TrainingLoop {
       content_ = content_of(samples);
       if (options.validation_samples) content_ += " and " + content_of(*options.validation_samples);
     }
-    trainer_.set_batch(batches_.smallest());  // throws before the first step, not at the epoch's end
+    trainer_.set_batch(batches_.min_size());  // throws before the first step, not at the epoch's end
     if (options.average > 0) state.average = network;
     std::size_t line = 0, k = 0;
     Sha256 hash;

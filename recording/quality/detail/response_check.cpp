@@ -330,7 +330,7 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
   std::vector<bool> is_measured(gaps.empty() ? 0 : blocks_, true);
   for (const SampleRange& gap : gaps)
     for (std::size_t k = gap.first / block_; k < blocks_ && k * block_ < gap.end; ++k) is_measured[k] = false;
-  found.movement = largest_movement(fit.noise, fit.a, is_measured, step_s_);
+  found.movement = find_movement(fit.noise, fit.a, is_measured, step_s_);
 
   std::vector<double> innovations = whitened(fit.noise, fit.a);
   innovations.erase(innovations.begin(), innovations.begin() + order);
