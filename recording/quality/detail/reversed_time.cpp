@@ -15,6 +15,7 @@ Warnings look_for_reversed_time(std::span<const double> sway_rad, const Protocol
   const ResponseCheck& check = plan.response();
   const std::vector<double> reversed(sway_rad.rbegin(), sway_rad.rend());
   const double backwards = check.response_of(reversed).gain;
+  if (backwards < min_difference) return {};
   const auto explains = [&](double gain) { return backwards < gain + min_difference || backwards < min_ratio * gain; };
   if (explains(check.response_of(sway_rad).gain)) return {};
   for (double shift_s = -max_shift_s; shift_s <= max_shift_s; shift_s += 1.0)
