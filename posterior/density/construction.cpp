@@ -1,5 +1,5 @@
-// What a density computes once from its protocol and priors: lengths of blocks and bins, the platform's velocity in
-// bins and as a transform, and the transfer functions of the loop. See density.hpp.
+// The construction of a density: lengths of blocks and bins, the platform's velocity in bins and as a transform, and
+// the transfer functions of the loop. See density.hpp.
 #include <algorithm>
 #include <cmath>
 #include <complex>

@@ -1,4 +1,4 @@
-// What changes within a sway, or between it and the protocol's tilt, as warnings. Not installed.
+// Changes within a sway, or between it and the protocol's tilt, as warnings. Not installed.
 #pragma once
 
 #include <optional>
