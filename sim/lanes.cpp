@@ -95,11 +95,11 @@ void Lanes::run(const std::function<int()>& next, const Simulator::TrialOf& make
 }
 
 void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& make_trial) {
-  constexpr std::size_t most = fft_lanes;
+  constexpr std::size_t max_waiting = fft_lanes;
   std::vector<double> nv;
   std::vector<Random> random;
   NoiseBlock* noise = nullptr;
-  while (waiting_.size() < most) {
+  while (waiting_.size() < max_waiting) {
     const int index = next();
     if (index < 0) break;
     const std::size_t column = waiting_.size();
