@@ -19,15 +19,15 @@ std::vector<int> shuffled(int count, std::uint64_t seed, int epoch) {
   return order;
 }
 
-EpochBatches::EpochBatches(int samples, int largest) {
+EpochBatches::EpochBatches(int samples, int max_size) {
   if (samples < 1)
     throw Error(Code::setting_out_of_range, "epoch", "of " + std::to_string(samples) + " samples", "give 1 or more");
-  if (largest < 1)
-    throw Error(Code::setting_out_of_range, "epoch", "batches of " + std::to_string(largest) + " samples",
+  if (max_size < 1)
+    throw Error(Code::setting_out_of_range, "epoch", "batches of " + std::to_string(max_size) + " samples",
                 "ask for 1 or more");
-  count_ = 1 + (samples - 1) / largest;
-  smallest_ = samples / count_;
-  larger_ = samples % count_;
+  count_ = 1 + (samples - 1) / max_size;
+  min_size_ = samples / count_;
+  larger_count_ = samples % count_;
 }
 
 int EpochBatches::beginning_at(int first) const {

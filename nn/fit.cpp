@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include "base/batches.hpp"
@@ -14,7 +13,7 @@
 #include "base/files/sha256.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
-#include "nn/predictor.hpp"
+#include "nn/detail/samples.hpp"
 #include "nn/training/average.hpp"
 #include "nn/training/detail/fit_checkpoint.hpp"
 #include "nn/training/loop.hpp"
@@ -24,7 +23,6 @@
 namespace decid::nn {
 namespace {
 
-constexpr int evaluated_at_once = 256;
 constexpr double max_rate = 1e6;           // Schedule's
 constexpr double max_warmup_epochs = 1e6;  // so that their steps are a long long
 
@@ -51,101 +49,7 @@ void check(const FitOptions& o, std::size_t lines) {
                 "leave the defaults, or give one such as nn::cross_entropy()");
 }
 
-/// The samples at `places` of `samples`, one after the other.
-struct Loaded {
-  std::vector<float> inputs, targets;
-};
-
-/// Loads samples into `loaded`, whose memory stays from call to call: a step's would go back to the system each time.
-void load(const Samples& samples, std::span<const int> places, std::size_t values, std::size_t width, int epoch,
-          const std::function<Random(int)>& random, Loaded& loaded) {
-  loaded.inputs.resize(places.size() * values);
-  loaded.targets.resize(places.size() * width);
-  if (samples.load_batch) {
-    std::vector<Random> numbers;
-    for (std::size_t i = 0; random && i < places.size(); ++i) numbers.push_back(random(places[i]));
-    return samples.load_batch({places, epoch, numbers, loaded.inputs, loaded.targets});
-  }
-  parallel_for(static_cast<int>(places.size()), [&](int i) {
-    const auto k = static_cast<std::size_t>(i);
-    const std::optional<Random> own = random ? std::optional(random(places[k])) : std::nullopt;
-    samples.load(places[k], own ? &*own : nullptr, std::span(loaded.inputs).subspan(k * values, values),
-                 std::span(loaded.targets).subspan(k * width, width));
-  });
-}
-
-bool is_finite(std::span<const float> values) {
-  return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
-}
-
-/// Throws Error if a value of a sample is not finite. sample: its number, from 0.
-void require_finite(std::span<const float> values, const char* name, int sample) {
-  const auto bad = std::ranges::find_if_not(values, [](float value) { return std::isfinite(value); });
-  if (bad != values.end())
-    throw Error(Code::value_invalid, "samples",
-                format("have %g as value %td of the %s of sample %d, counted from 0", static_cast<double>(*bad),
-                       bad - values.begin(), name, sample),
-                "leave the sample out, or replace the value by a finite one");
-}
-
-/// Checks samples of a function. A relu may hide a NaN from the loss.
-void require_finite(const Loaded& loaded, std::span<const int> places, std::size_t values, std::size_t width) {
-  if (is_finite(loaded.inputs) && is_finite(loaded.targets)) return;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    require_finite(std::span(loaded.inputs).subspan(i * values, values), "inputs", places[i]);
-    require_finite(std::span(loaded.targets).subspan(i * width, width), "targets", places[i]);
-  }
-}
-
-/// Calls body(outputs, targets) with some of the samples at `places` after the other, in their order. epoch: of a fit,
-/// which refuses values that are not finite; 0 outside of one.
-template <class Body>
-void for_each_part(const Network<float>& network, const Samples& samples, std::span<const int> places,
-                   std::size_t width, int epoch, const Body& body) {
-  const auto values = static_cast<std::size_t>(network.input_shape().size());
-  const auto outputs = static_cast<std::size_t>(network.output_shape().size());
-  Predictor predictor(network, evaluated_at_once);
-  std::vector<float> all;
-  Loaded loaded;
-  for (std::size_t first = 0; first < places.size(); first += evaluated_at_once) {
-    const std::size_t count = std::min<std::size_t>(evaluated_at_once, places.size() - first);
-    load(samples, places.subspan(first, count), values, width, epoch, {}, loaded);
-    if (epoch > 0 && samples.inputs.empty()) require_finite(loaded, places.subspan(first, count), values, width);
-    all.resize(count * outputs);
-    predictor.run(loaded.inputs, all);
-    body(std::span<const float>(all), std::span<const float>(loaded.targets));
-  }
-}
-
-double mean_loss_of(const Network<float>& network, const Samples& samples, std::span<const int> places, int epoch,
-                    const Loss& loss) {
-  double sum = 0;
-  const auto outputs = static_cast<std::size_t>(network.output_shape().size());
-  const int width = loss.targets(network.output_shape().size());
-  for_each_part(network, samples, places, static_cast<std::size_t>(width), epoch,
-                [&](std::span<const float> output, std::span<const float> target) {
-                  const std::vector<double> values(output.begin(), output.end()), wanted(target.begin(), target.end());
-                  std::vector<double> losses(output.size() / outputs), slopes(output.size());
-                  loss.batch(values, wanted, losses, slopes);
-                  for (const double one : losses) sum += one;
-                });
-  return sum / static_cast<double>(places.size());
-}
-
-/// Throws Error, naming the first one, if a sample in memory is not finite.
-void require_finite(const Samples& samples) {
-  if (is_finite(samples.inputs) && is_finite(samples.targets)) return;
-  const auto width = [&](std::span<const float> all) { return all.size() / static_cast<std::size_t>(samples.count); };
-  for (int i = 0; i < samples.count; ++i) {
-    const auto of = [&](std::span<const float> all) {
-      return all.subspan(static_cast<std::size_t>(i) * width(all), width(all));
-    };
-    require_finite(of(samples.inputs), "inputs", i);
-    require_finite(of(samples.targets), "targets", i);
-  }
-}
-
-bool is_finite(const Network<float>& network) {
+bool has_finite_weights(const Network<float>& network) {
   return std::ranges::all_of(network.layers(), [](const Layer<float>& layer) {
     const auto finite = [](const auto& tensor) { return is_finite(tensor.value); };
     return std::ranges::all_of(layer.parameters(), finite) && std::ranges::all_of(layer.statistics(), finite);
@@ -160,21 +64,6 @@ bool is_new(const Network<float>& network) {
     };
     return std::ranges::all_of(layer.parameters(), untouched) && std::ranges::all_of(layer.statistics(), untouched);
   });
-}
-
-std::vector<int> all_of(const Samples& samples) {
-  std::vector<int> places(static_cast<std::size_t>(samples.count));
-  std::iota(places.begin(), places.end(), 0);
-  return places;
-}
-
-/// Returns the SHA-256 of samples in memory. Samples of a function have none.
-std::string content_of(const Samples& samples) {
-  if (samples.inputs.empty()) return "a function";
-  Sha256 hash;
-  hash.update(samples.inputs.data(), samples.inputs.size_bytes());
-  hash.update(samples.targets.data(), samples.targets.size_bytes());
-  return hash.hex();
 }
 
 class Fit final : public TrainingLoop {
@@ -196,7 +85,7 @@ class Fit final : public TrainingLoop {
       content_ = content_of(samples);
       if (options.validation_samples) content_ += " and " + content_of(*options.validation_samples);
     }
-    trainer_.set_batch(batches_.smallest());  // throws before the first step, not at the epoch's end
+    trainer_.set_batch(batches_.min_size());  // throws before the first step, not at the epoch's end
     if (options.average > 0) state.average = network;
     std::size_t line = 0, k = 0;
     Sha256 hash;
@@ -262,7 +151,7 @@ class Fit final : public TrainingLoop {
       epoch.validation_loss = mean_loss_of(now, options_.validation_samples ? *options_.validation_samples : samples_,
                                            validation_, epoch.epoch, *options_.loss);
     if (!validation_.empty() && !std::isfinite(epoch.validation_loss)) diverge(at, "the validation loss is not finite");
-    if (!is_finite(network_) || !is_finite(now)) diverge(at, "a weight is not finite");
+    if (!has_finite_weights(network_) || !has_finite_weights(now)) diverge(at, "a weight is not finite");
     const auto best = static_cast<std::size_t>(state.best_epoch);
     if (options_.patience > 0 && (best == 0 || epoch.validation_loss < state.log[best - 1].validation_loss)) {
       state.best_epoch = epoch.epoch;
@@ -333,42 +222,6 @@ class Fit final : public TrainingLoop {
 
 }  // namespace
 
-Samples::Samples(int count_, Load load_) : count(count_), load(std::move(load_)) {
-  if (count < 1 || !load)
-    throw Error(Code::setting_out_of_range, "samples", "are none", "give 1 or more, and a function that writes them");
-}
-
-Samples::Samples(int count_, LoadBatch load_batch_)
-    : Samples(count_, load_batch_ ? Load([load_batch_](int sample, const Random* random, std::span<float> input,
-                                                       std::span<float> target) {
-                const std::span<const Random> numbers(random, random != nullptr ? 1 : 0);
-                load_batch_({std::span(&sample, 1), 0, numbers, input, target});
-              })
-                                  : Load()) {
-  load_batch = std::move(load_batch_);
-}
-
-Samples::Samples(std::span<const float> inputs_, std::span<const float> targets_, int count_)
-    : count(count_), inputs(inputs_), targets(targets_) {
-  const auto n = static_cast<std::size_t>(std::max(count, 1));
-  if (count < 1 || inputs.empty() || inputs.size() % n != 0 || targets.size() % n != 0)
-    throw Error(Code::size_mismatch, "samples",
-                format("are %d where inputs have %zu values and targets %zu", count, inputs.size(), targets.size()),
-                "give as many values for each sample");
-  load = [inputs_, targets_, n](int sample, const Random*, std::span<float> input, std::span<float> target) {
-    const auto copy = [&](std::span<const float> from, std::span<float> to, const char* name) {
-      const std::size_t width = from.size() / n;
-      if (to.size() != width)
-        throw Error(Code::size_mismatch, "samples",
-                    format("have %s of %zu values where the training needs %zu", name, width, to.size()),
-                    "give those of the network and its loss");
-      std::ranges::copy(from.subspan(static_cast<std::size_t>(sample) * width, width), to.begin());
-    };
-    copy(inputs_, input, "inputs");
-    copy(targets_, target, "targets");
-  };
-}
-
 FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& options) {
   std::size_t lines = 0;
   for (const Layer<float>& layer : std::as_const(network).layers()) lines += layer.lines();
@@ -402,70 +255,6 @@ FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& op
   log.epochs = fit.state.log;
   log.kept = options.patience > 0 ? fit.state.best_epoch : static_cast<int>(log.epochs.size());
   return log;
-}
-
-std::vector<float> predict(const Network<float>& network, std::span<const float> inputs) {
-  const auto values = static_cast<std::size_t>(network.input_shape().size());
-  const std::size_t count = inputs.size() / values;
-  std::vector<float> outputs(count * static_cast<std::size_t>(network.output_shape().size()));
-  Predictor(network, static_cast<int>(std::clamp<std::size_t>(count, 1, evaluated_at_once))).run(inputs, outputs);
-  return outputs;
-}
-
-std::vector<float> input_gradient(const Network<float>& network, std::span<const float> inputs,
-                                  std::span<const float> by_output) {
-  const auto values = static_cast<std::size_t>(network.input_shape().size());
-  const auto outputs = static_cast<std::size_t>(network.output_shape().size());
-  const std::size_t count = inputs.size() / values;
-  if (inputs.size() != count * values || by_output.size() != count * outputs)
-    throw Error(Code::size_mismatch, "input gradient",
-                format("has %zu inputs and %zu derivatives by outputs where a sample has %zu and %zu", inputs.size(),
-                       by_output.size(), values, outputs),
-                "give whole samples, and a derivative for each of their outputs");
-  Network<float> copy = network;  // a Trainer can change its network, and others may read this one now
-  // For 2 samples at least, as the constructor does not know yet that BatchNorm's statistics are frozen.
-  Trainer<float> trainer(copy, static_cast<int>(std::clamp<std::size_t>(count, 2, evaluated_at_once)), nullptr, true);
-  trainer.freeze_statistics();
-  std::vector<float> gradient(inputs.size());
-  for (std::size_t first = 0; first < count; first += evaluated_at_once) {
-    const auto here = static_cast<int>(std::min<std::size_t>(evaluated_at_once, count - first));
-    const auto sample_of = [&](auto all, std::size_t width, int i) {
-      return all.subspan((first + static_cast<std::size_t>(i)) * width, width);
-    };
-    trainer.set_batch(here);
-    with_team([&] {
-      parallel_for(here, [&](int i) { trainer.input().load(i, sample_of(inputs, values, i)); });
-      trainer.forward();
-      parallel_for(here, [&](int i) { trainer.output_diff().load(i, sample_of(by_output, outputs, i)); });
-      trainer.backward();
-      parallel_for(here, [&](int i) { trainer.input_diff().store(i, sample_of(std::span(gradient), values, i)); });
-    });
-  }
-  return gradient;
-}
-
-double mean_loss(const Network<float>& network, const Samples& samples, const Loss& loss) {
-  return mean_loss_of(network, samples, all_of(samples), 0, loss);
-}
-
-double accuracy(const Network<float>& network, const Samples& samples) {
-  int right = 0;
-  const auto classes = static_cast<std::size_t>(network.output_shape().size());
-  const auto is_right = [&](std::span<const float> output, float wanted) {
-    if (!(wanted >= 0 && wanted < static_cast<float>(classes)) || wanted != std::floor(wanted))
-      throw Error(
-          Code::setting_out_of_range, "accuracy",
-          format("has class %g as a target where the network has %zu outputs", static_cast<double>(wanted), classes),
-          format("number classes from 0 to %zu", classes - 1));
-    const auto place = std::ranges::max_element(output) - output.begin();
-    return is_finite(output) && static_cast<float>(place) == wanted;
-  };
-  for_each_part(network, samples, all_of(samples), 1, 0,
-                [&](std::span<const float> outputs, std::span<const float> wanted) {
-                  for (std::size_t i = 0; i < wanted.size(); ++i)
-                    right += is_right(outputs.subspan(i * classes, classes), wanted[i]);
-                });
-  return right / static_cast<double>(samples.count);
 }
 
 }  // namespace decid::nn

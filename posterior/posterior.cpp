@@ -24,8 +24,8 @@ constexpr double repeating_rhat = 1.2;  // chains' means vary by 0.44 of the var
 constexpr double apart_rhat = 1.5;
 
 void check(const Settings& settings) {
-  const auto at_least = [](const std::string& setting, int value, int least) {
-    require_at_least("posterior, " + setting, value, least);
+  const auto at_least = [](const std::string& setting, int value, int minimum) {
+    require_at_least("posterior, " + setting, value, minimum);
   };
   at_least("groups", settings.groups, 1);
   at_least("annealing_transitions", settings.annealing_transitions, 1);

@@ -73,9 +73,9 @@ double deviance_of(const Spectra& spectra, const Bands& bands, int updates) {
   const std::size_t count = bands.hz.size();
   std::vector<double> size, model(count);
   for (const std::vector<double>& spectrum : spectra) {
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < count; ++k) least = std::min(least, bands.power[k] / spectrum[k]);
-    size.push_back(least / static_cast<double>(spectra.size()));
+    double min_ratio = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < count; ++k) min_ratio = std::min(min_ratio, bands.power[k] / spectrum[k]);
+    size.push_back(min_ratio / static_cast<double>(spectra.size()));
   }
   const auto sum = [&] {
     std::ranges::fill(model, 0.0);

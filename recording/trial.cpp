@@ -15,6 +15,7 @@
 #include "recording/detail/tilt/tilt_match.hpp"
 #include "recording/detail/tilt/tilt_slips.hpp"
 #include "recording/detail/tilt/tilt_start.hpp"
+#include "recording/quality/detail/changes.hpp"
 #include "recording/quality/detail/quality.hpp"
 #include "recording/quality/detail/repeated_cycle.hpp"
 #include "recording/quality/detail/response_check.hpp"
@@ -163,6 +164,31 @@ void continue_as_prescribed(std::span<double> tilt, std::span<const double> pres
   for (std::size_t k = last + 1; k < tilt.size(); ++k) continue_from(last, k);
 }
 
+/// Warns of a sway that does not continue as it began, or not as the protocol's tilt; sets the trial's other_start_s.
+void check_against_tilt(std::span<const double> sway, const ProtocolPlan& plan, double from_hz, Trial& trial,
+                        Warnings& warnings) {
+  Changes changes = look_for_changes(plan.response(), sway, trial.gaps, warnings);
+  trial.other_start_s = changes.other_start_s;
+  append(warnings, std::move(changes.warnings));
+  const double response_gain = plan.response().prediction_gain(sway);
+  if (response_gain > 0.0) trial.response_gain = response_gain;
+  append(warnings, look_for_reversed_time(sway, response_gain, plan));
+  append(warnings, look_for_repeated_cycle(sway, plan, from_hz));
+}
+
+/// Continues a measured tilt beyond the recording's ends, and warns of its slips.
+void complete_tilt(std::vector<double>& tilt, const ProtocolPlan& plan, double from_hz, const TrialPlacement& place,
+                   bool start_is_given, const Trial& trial, Recording& recording) {
+  const std::optional<TiltMatch>& match = start_is_given ? trial.tilt_at_given_start : trial.tilt;
+  continue_as_prescribed(tilt, plan.tilt_rad(), match ? match->gain : 1.0, place);
+  const auto gaps =
+      gaps_in_trial(recording.tilt_gaps, from_hz, plan.protocol().experiment.sample_rate_hz, place, tilt.size());
+  Warnings slips = look_for_tilt_slips(tilt, gaps, plan, from_hz, start_is_given);
+  if (!slips.empty())  // the sway shows the same ones less well
+    std::erase_if(recording.warnings, [](const Warning& warning) { return warning.code == "time_slips"; });
+  append(recording.warnings, std::move(slips));
+}
+
 }  // namespace
 
 ProtocolPlan::ProtocolPlan(const sim::Protocol& protocol) : protocol_(protocol), tilt_rad_(prescribed_tilt(protocol)) {}
@@ -235,25 +261,11 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   add_change(recording);
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
-    if (signal.name == com_sway) {
-      Changes changes = look_for_changes(plan.response(), values, trial.gaps, recording.warnings);
-      trial.other_start_s = changes.other_start_s;
-      append(recording.warnings, std::move(changes.warnings));
-      const double response_gain = plan.response().prediction_gain(values);
-      if (response_gain > 0.0) trial.response_gain = response_gain;
-      append(recording.warnings, look_for_reversed_time(values, response_gain, plan));
-      append(recording.warnings, look_for_repeated_cycle(values, plan, from_hz));
-    }
-    if (&signal == tilt) {
-      const std::optional<TiltMatch>& match = options.start_s ? trial.tilt_at_given_start : trial.tilt;
-      continue_as_prescribed(values, plan.tilt_rad(), match ? match->gain : 1.0, place);
-      const auto tilt_gaps = gaps_in_trial(recording.tilt_gaps, from_hz, rate, place, samples);
-      Warnings slips = look_for_tilt_slips(values, tilt_gaps, plan, from_hz, options.start_s.has_value());
-      if (!slips.empty())  // the sway shows the same ones less well
-        std::erase_if(recording.warnings, [](const Warning& warning) { return warning.code == "time_slips"; });
-      append(recording.warnings, std::move(slips));
-    }
-    if (&signal != tilt) append(recording.warnings, detrend(values, protocol, options.detrend));
+    if (signal.name == com_sway) check_against_tilt(values, plan, from_hz, trial, recording.warnings);
+    if (&signal == tilt)
+      complete_tilt(values, plan, from_hz, place, options.start_s.has_value(), trial, recording);
+    else
+      append(recording.warnings, detrend(values, protocol, options.detrend));
     trial.signals.add({signal.name, signal.column, std::vector<float>(values.begin(), values.end())});
   }
   trial.start_is_doubtful = std::ranges::any_of(recording.warnings, [](const Warning& warning) {

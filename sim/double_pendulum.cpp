@@ -66,12 +66,12 @@ DoubleBody::Accelerations DoubleBody::accelerations(const DoubleState& state, do
   return {.leg = (trunk_inertia_ * r1 - b * r2) / determinant, .trunk = (leg_inertia_ * r2 - b * r1) / determinant};
 }
 
-void DoubleBody::step(DoubleState& state, double ankle_torque, double hip_torque, double dt) const {
+void DoubleBody::step(DoubleState& state, double ankle_torque, double hip_torque, double dt_s) const {
   const Accelerations a = accelerations(state, ankle_torque, hip_torque);
-  state.leg_rate = state.leg_rate + dt * a.leg;
-  state.trunk_rate = state.trunk_rate + dt * a.trunk;
-  state.leg_rad = state.leg_rad + dt * state.leg_rate;
-  state.trunk_rad = state.trunk_rad + dt * state.trunk_rate;
+  state.leg_rate = state.leg_rate + dt_s * a.leg;
+  state.trunk_rate = state.trunk_rate + dt_s * a.trunk;
+  state.leg_rad = state.leg_rad + dt_s * state.leg_rate;
+  state.trunk_rad = state.trunk_rad + dt_s * state.trunk_rate;
 }
 
 DoubleParameters default_double_parameters(const Segments& segments) {
@@ -138,9 +138,8 @@ Outcome DoubleSimulator::run(const DoubleParameters& parameters, const Random& n
                           std::abs(state.trunk_rad) <= segment_limit_rad;  // false for NaN
       max_sway = std::max(max_sway, magnitude);
       if (!stands) {
-        const double largest = std::isnan(magnitude) ? std::numeric_limits<double>::infinity() : max_sway;
         return {.valid = false,
-                .max_sway_rad = largest,
+                .max_sway_rad = std::isnan(magnitude) ? std::numeric_limits<double>::infinity() : max_sway,
                 .end_s = static_cast<double>(std::max(0, step + 1 - standing_steps)) / steps_per_second};
       }
     }

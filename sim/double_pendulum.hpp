@@ -42,7 +42,7 @@ class DoubleBody {
   /// on the trunk (and its opposite on the leg). Angles must be within segment_limit_rad.
   Accelerations accelerations(const DoubleState& state, double ankle_torque, double hip_torque) const;
   /// Makes one semi-implicit Euler step: accelerations from the state at its start, velocities first.
-  void step(DoubleState& state, double ankle_torque, double hip_torque, double step_s) const;
+  void step(DoubleState& state, double ankle_torque, double hip_torque, double dt_s) const;
   /// Returns the centre of mass's a from p1 and p2, or its a' from p1' and p2'.
   double centre_of_mass(double leg, double trunk) const { return leg_weight_ * leg + trunk_weight_ * trunk; }
 
@@ -70,7 +70,8 @@ struct DoubleSway {
 /// Simulates trials of one protocol. Immutable: all threads may share it.
 class DoubleSimulator {
  public:
-  /// Takes the segments from the protocol's body (make_participant). Throws Error if the protocol is invalid, or if its
+  /// Takes the segments from the protocol's body (make_participant). The joints have the controller dec: the protocol's
+  /// own controller and its gravity_dead_band_deg have no effect. Throws Error if the protocol is invalid, or if its
   /// body does not consist of Winter's segments.
   explicit DoubleSimulator(Protocol protocol);
 

@@ -38,15 +38,15 @@ constexpr const FftKernels& plain = fft_kernels<One, 1>;
 }  // namespace
 
 int max_prime_factor(int number) {
-  int largest = 1;
+  int factor = 1;
   for (int p = 2; p <= number / p; ++p) {
-    for (; number % p == 0; number /= p) largest = p;
+    for (; number % p == 0; number /= p) factor = p;
   }
-  return std::max(largest, number);
+  return std::max(factor, number);
 }
 
-int smooth_length(int least) {
-  for (int length = least + least % 2;; length += 2) {
+int smooth_length(int min_length) {
+  for (int length = min_length + min_length % 2;; length += 2) {
     if (max_prime_factor(length) <= 5) return length;
   }
 }

@@ -95,11 +95,11 @@ void Lanes::run(const std::function<int()>& next, const Simulator::TrialOf& make
 }
 
 void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& make_trial) {
-  constexpr std::size_t most = fft_lanes;
+  constexpr std::size_t max_waiting = fft_lanes;
   std::vector<double> nv;
   std::vector<Random> random;
   NoiseBlock* noise = nullptr;
-  while (waiting_.size() < most) {
+  while (waiting_.size() < max_waiting) {
     const int index = next();
     if (index < 0) break;
     const std::size_t column = waiting_.size();
@@ -164,7 +164,7 @@ void Lanes::begin(int lane, const Prepared& trial, double* sway) {
   p.torque_gain[lane] = of[torque] / (c * trial.body.mgh());
   const Lag lag(of[delay]);
   p.fraction[lane] = lag.fraction;
-  for (double* state : {p.sway, p.sway_rate, p.error, p.newer, p.largest, p.slow, p.torque, p.active})
+  for (double* state : {p.sway, p.sway_rate, p.error, p.newer, p.max_sway, p.slow, p.torque, p.active})
     state[lane] = 0.0;
   p.noise[lane] = scale * trial.noise_rate[0];
   p.noise_rate[lane] = trial.noise_rate;
@@ -204,8 +204,8 @@ void Lanes::move_commands_back() {
 
 void Lanes::end_if_over(int lane, const Simulator::Finished& finished) {
   const Work work = works_[static_cast<std::size_t>(lane)];
-  const double largest = lanes_->largest[lane];
-  const bool valid = largest <= sway_limit_rad;  // false for NaN
+  const double max_sway = lanes_->max_sway[lane];
+  const bool valid = max_sway <= sway_limit_rad;  // false for NaN
   if (valid && work.samples_left > 0) return;
   const double end_s =
       static_cast<double>(setup_.samples - work.samples_left) / setup_.protocol.experiment.sample_rate_hz;
@@ -213,7 +213,7 @@ void Lanes::end_if_over(int lane, const Simulator::Finished& finished) {
   if (work.noise != nullptr) --work.noise->users;
   if (work.index < 0) return;
   const double infinite = std::numeric_limits<double>::infinity();
-  finished(work.index, {valid, std::isnan(largest) ? infinite : largest, end_s}, {sway_of(lane), samples_});
+  finished(work.index, {valid, std::isnan(max_sway) ? infinite : max_sway, end_s}, {sway_of(lane), samples_});
 }
 
 }  // namespace decid::sim

@@ -34,7 +34,7 @@ Random::Random(std::uint64_t seed, Stream stream, std::uint64_t item) noexcept
     : key_{low_word(seed), high_word(seed)}, stream_(static_cast<std::uint32_t>(stream)), item_(item) {}
 
 std::array<std::uint64_t, 2> Random::block(std::uint64_t number) const noexcept {
-  // The stream occupies 8 bits, which leaves 56 for the block's number.
+  // A library's stream occupies 8 bits, which leaves 56 for the block's number; a user's leaves 32.
   const auto words =
       philox4x32({low_word(number), low_word(item_), high_word(item_), stream_ | high_word(number) << 8}, key_);
   return {words[0] | std::uint64_t{words[1]} << 32, words[2] | std::uint64_t{words[3]} << 32};

@@ -29,7 +29,9 @@ std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter,
 /// Returns the inverse of the standard normal distribution function for 0 < p < 1, relative error below 1e-15.
 double inverse_normal(double p) noexcept;
 
-/// The random numbers of one (seed, stream, item), addressed by index below 2^57. Copies are cheap.
+/// The random numbers of one (seed, stream, item), addressed by index: below 2^57 for libraries' streams, whose numbers
+/// are below 256, and below 2^33 from Stream::user on, because wider stream numbers share bits with larger indices.
+/// Copies are cheap.
 class Random {
  public:
   Random(std::uint64_t seed, Stream stream, std::uint64_t item) noexcept;

@@ -10,8 +10,8 @@ Distribution::Distribution(double low, double high, int bins)
     : low_(low), high_(high), bins_(static_cast<std::size_t>(bins), 0) {}
 
 void Distribution::add(double value) {
-  least_ = count_ == 0 ? value : std::min(least_, value);
-  most_ = count_ == 0 ? value : std::max(most_, value);
+  min_ = count_ == 0 ? value : std::min(min_, value);
+  max_ = count_ == 0 ? value : std::max(max_, value);
   ++count_;
   const double difference = value - mean_;
   mean_ += difference / static_cast<double>(count_);

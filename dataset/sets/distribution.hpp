@@ -19,8 +19,8 @@ class Distribution {
   long long count() const noexcept { return count_; }
   double mean() const noexcept { return mean_; }  ///< 0 without values, like the three below
   double stddev() const noexcept;                 ///< over N
-  double least() const noexcept { return least_; }
-  double most() const noexcept { return most_; }
+  double min() const noexcept { return min_; }
+  double max() const noexcept { return max_; }
 
   double low() const noexcept { return low_; }
   double high() const noexcept { return high_; }
@@ -34,7 +34,7 @@ class Distribution {
   std::vector<long long> bins_;
   long long count_ = 0, below_ = 0, above_ = 0;
   double mean_ = 0.0, squares_ = 0.0;  // squares: sum of the squared differences from the mean
-  double least_ = 0.0, most_ = 0.0;
+  double min_ = 0.0, max_ = 0.0;
 };
 
 /// Distributions over a set of trials: each parameter over its range, and the noise-free sway's peak-to-peak value.

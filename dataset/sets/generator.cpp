@@ -130,10 +130,9 @@ void Generator::gather(std::vector<Result>& results) const {
   ranks_->all_gather(std::as_bytes(std::span(sent)), sizes, std::as_writable_bytes(std::span(results)));
 }
 
-std::vector<Generator::Result> Generator::simulate(int attempts, std::vector<float>& sway) const {
+std::vector<Generator::Result> Generator::simulate(int attempts, const RankRange& own, std::vector<float>& sway) const {
   const long long first = attempts_made();
   const auto width = static_cast<std::size_t>(samples());
-  const RankRange own = own_attempts(attempts, ranks_ != nullptr ? ranks_->rank() : 0);
   if (sway.size() < own.count() * width) sway.resize(own.count() * width);
   std::vector<Result> results(static_cast<std::size_t>(attempts));
   const auto own_first = static_cast<long long>(own.first);
@@ -162,10 +161,10 @@ const Chunk& Generator::next() {
   const long long first = attempts_made();
   auto& [sway, chunk] = buffers_[second_];
   second_ = !second_;
-  const std::vector<Result> results = simulate(attempts, sway);
+  const RankRange own = own_attempts(attempts, ranks_ != nullptr ? ranks_->rank() : 0);
+  const std::vector<Result> results = simulate(attempts, own, sway);
 
   const auto width = static_cast<std::size_t>(samples());
-  const RankRange own = own_attempts(attempts, ranks_ != nullptr ? ranks_->rank() : 0);
   chunk.trials.clear();
   chunk.sway.clear();
   chunk.trials_by_rank.assign(ranks_ != nullptr ? static_cast<std::size_t>(ranks_->size()) : 0, 0);

@@ -64,8 +64,8 @@ class Generator {
   std::int32_t find_parent(long long attempt) const;
   sim::TrialInput trial_input(long long attempt) const;
   Result finish(long long attempt, std::span<double> sway_rad, std::span<float> stored) const;
-  /// Simulates the next attempts. Returns their results; sway: of this process's own attempts, one after the other.
-  std::vector<Result> simulate(int attempts, std::vector<float>& sway) const;
+  /// Simulates the next attempts. Returns their results; sway: of `own`, this process's attempts, one after the other.
+  std::vector<Result> simulate(int attempts, const RankRange& own, std::vector<float>& sway) const;
   void accept(const TrialRecord& trial);
   RankRange own_attempts(int attempts, int rank) const;
   void gather(std::vector<Result>& results) const;

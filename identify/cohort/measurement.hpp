@@ -28,7 +28,8 @@ class Measurement {
   /// draw, for draws under another prior than the uniform one: the logarithm of uniform over actual prior density;
   /// empty: none. effective_draws: the number of independent draws that tell as much; empty: they are independent.
   /// Throws Error for fewer than 16 draws, for another number of values, for values that are not finite, and for
-  /// weights that leave fewer than min_weighted_draws effective draws: these cannot represent the wider density.
+  /// weights that leave fewer than min_weighted_draws effective draws, and fewer than half of those used: these cannot
+  /// represent the wider density.
   static Measurement of_draws(std::size_t parameters, std::span<const double> fractions,
                               std::span<const double> log_weights = {}, std::optional<double> effective_draws = {});
   static constexpr double min_weighted_draws = 64.0;

@@ -198,7 +198,7 @@ class ModelTraining final : public nn::TrainingLoop {
                   1LL * batches_.count() * preset_.warmup_epochs),
         optimiser_(nn::sgd(preset_.sgd)),
         trainer_(model_.network, batches_.size(0), settings.ranks) {
-    trainer_.set_batch(batches_.smallest());  // throws before the first step, not at the epoch's end
+    trainer_.set_batch(batches_.min_size());  // throws before the first step, not at the epoch's end
     check_average(settings.average);
     if (settings.average > 0 && !state.average) state.average = model_.network;
     dataset::BatchSharing sharing;

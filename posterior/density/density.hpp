@@ -202,7 +202,26 @@ class Density {
                    Workspace& work, std::optional<double> fixed_noise_deg = {}) const;
 
  private:
-  struct Chains;  // quantities of each chain's coordinates, chain by chain
+  struct Chains;       // quantities of each chain's coordinates, chain by chain
+  class PlatformRate;  // the platform's velocity, step by step
+  class Jacobian;      // of the blocks by all coordinates, divided by their noise
+  /// Derivatives of the misfit by the modelled blocks, with the residual's sign.
+  struct ModelDerivatives {
+    std::array<double, loop_sums * lanes> loop{};  // LoopGradient::sums
+    std::array<double, lanes> gain, theta;         // of the dead band
+  };
+
+  Density(const sim::Protocol& protocol, const Priors& priors, Isa isa, const sim::Stimulus& stimulus);
+  void set_bins(const PlatformRate& rate_at);
+  /// Sets the platform's transform, from its steps.
+  void set_platform(const PlatformRate& rate_at);
+  /// Sets what the loop needs per frequency, except the platform's transform.
+  void set_loop();
+  void set_unbinned();
+  /// Length of the transforms.
+  double padded_s() const noexcept { return padded_blocks_ * bin_s(); }
+  long long padded_steps() const noexcept { return static_cast<long long>(padded_blocks_) * bin_steps_; }
+
   Chains chains(std::span<const double> x, std::optional<double> fixed_noise_deg) const;
   LoopParameters loop_parameters(const Chains& chains) const;
   DeadBandBins halves() const;
@@ -218,6 +237,16 @@ class Density {
   /// Computes the residual's cosine transform from the coordinates; returns minus the logarithm of the likelihood.
   std::array<double, lanes> forward(const Observation& observation, std::span<const double> x, const Chains& chains,
                                     Workspace& work) const;
+  /// Passes the residual's derivatives back through the loop, the dead band and the noise; call it after forward().
+  /// Writes those by the noise's coefficients to gradient, per pass_back().
+  ModelDerivatives backward(const Observation& observation, const Chains& chains, std::span<double> gradient,
+                            Workspace& work) const;
+  /// Adds the model's derivatives to those of the globals of a chain, except the noise levels.
+  void add_model_gradient(const Chains& chains, const ModelDerivatives& derivatives, std::size_t chain,
+                          std::span<double> gradient) const;
+  /// Returns the factor of derivatives that passed back through the dead band: of the inverse transform, and of the
+  /// pairs of frequencies.
+  double pass_back() const noexcept { return 0.5 * padded_blocks_; }
   /// Converts a transform of the observed sway in work.sway_spectrum to blocks in work.modelled.
   void to_blocks(Workspace& work) const;
   /// Returns the trial's blocks among all modelled ones.
@@ -231,10 +260,10 @@ class Density {
   /// coordinates of white noise, slow noise and its memory; call it after forward().
   std::array<double, 3> power_changes(const Chains& chains, const Workspace& work, std::size_t row,
                                       std::size_t chain) const;
+  void add_prior_information(const Chains& chains, std::span<double> matrices) const;
   /// Adds the information about the measurement noise levels; call it after forward().
   void add_noise_information(const Chains& chains, const Workspace& work, std::span<double> matrices) const;
   double noise_of_highest(std::span<const double> sway) const;
-  void set_unbinned();
   Observation prepared(std::span<const float> sway_rad, std::span<const SampleRange> gaps) const;
 
   sim::Protocol protocol_;

@@ -94,6 +94,27 @@ LoopChange change_with(sim::Coefficient coefficient) {
   }
 }
 
+/// The change with a parameter of the family: of all coefficients that it is a term of.
+class ParameterChange {
+ public:
+  ParameterChange(const sim::Family& family, std::size_t parameter) {
+    for (const sim::Family::Term& term : family.terms) {
+      const LoopChange change = change_with(term.coefficient);
+      if (term.parameter == parameter && change != nullptr) terms_.emplace_back(term.factor, change);
+    }
+  }
+  /// Returns true for parameters of the dead band alone.
+  bool empty() const noexcept { return terms_.empty(); }
+  Complex operator()(const Place& p) const {
+    Complex sum = terms_.front().first * terms_.front().second(p);
+    for (std::size_t t = 1; t < terms_.size(); ++t) sum += terms_[t].first * terms_[t].second(p);
+    return sum;
+  }
+
+ private:
+  std::vector<std::pair<double, LoopChange>> terms_;
+};
+
 Complex number(const AlignedVector<double>& values, std::size_t k) {
   return {values[2 * k], values[2 * k + 1]};
 }
@@ -157,128 +178,163 @@ void Density::add_noise_information(const Chains& c, const Workspace& work, std:
   }
 }
 
-void Density::information(const Observation& observation, std::span<const double> x, std::span<double> matrices,
-                          Workspace& work, std::optional<double> fixed_noise_deg) const {
-  check(observation, x, matrices.size(), triangle(static_cast<std::size_t>(size())) * lanes);
-  const Kernels& run = kernels(isa_);
-  const Chains c = chains(x, fixed_noise_deg);
-  forward(observation, x, c, work);
-  spectrum_.begin_whitening(observation.missing, work.noise, isa_);
-  const auto count = static_cast<std::size_t>(size()), noises = static_cast<std::size_t>(noise_.size());
-  const auto kept = static_cast<std::size_t>(spectrum_.rows()),
-             rows = kept + static_cast<std::size_t>(observation.missing.count());
-  const std::size_t blocks_of_columns = (count + 3) / 4, strips = (rows + strip_rows - 1) / strip_rows;
-  constexpr std::size_t strip_size = std::size_t{strip_rows} * lanes;     // of a column
-  work.columns.resize(strips * 4 * blocks_of_columns * strip_size, 0.0);  // the padding of columns stays 0
-  std::fill_n(work.columns.end() - static_cast<std::ptrdiff_t>(4 * blocks_of_columns * strip_size),
-              4 * blocks_of_columns * strip_size, 0.0);  // the padding of rows, which another observation may have used
-  work.products.assign(blocks_of_columns * (blocks_of_columns + 1) / 2 * 16 * lanes, 0.0);
-  work.noise_column.resize(static_cast<std::size_t>(noise_.edges()));
+// Writes columns into strips of rows, as Kernels::add_products reads them.
+class Density::Jacobian {
+ public:
+  Jacobian(const Density& density, const Observation& observation, const Chains& chains, Workspace& work)
+      : density_(density),
+        observation_(observation),
+        chains_(chains),
+        work_(work),
+        run_(kernels(density.isa_)),
+        count_(static_cast<std::size_t>(density.size())),
+        noises_(static_cast<std::size_t>(density.noise_.size())),
+        kept_(static_cast<std::size_t>(density.spectrum_.rows())),
+        rows_(kept_ + static_cast<std::size_t>(observation.missing.count())),
+        blocks_of_columns_((count_ + 3) / 4),
+        strips_((rows_ + strip_rows - 1) / strip_rows),
+        silence_(static_cast<std::size_t>(density.blocks_), 0.0) {
+    density.spectrum_.begin_whitening(observation.missing, work.noise, density.isa_);
+    const std::size_t strip = 4 * blocks_of_columns_ * strip_size;
+    work.columns.resize(strips_ * strip, 0.0);  // the padding of columns stays 0
+    std::fill_n(work.columns.end() - static_cast<std::ptrdiff_t>(strip), strip,
+                0.0);  // the padding of rows, which another observation may have used
+  }
 
-  const std::vector<double> silence(static_cast<std::size_t>(blocks_), 0.0);
-  // Writes the column of the observed sway's change, whose transform is in work.sway_spectrum.
-  const auto write_column = [&](std::size_t column, const std::array<double, lanes>& factors) {
-    to_blocks(work);
-    run.unfold(blocks_, silence.data(), trial_blocks(work.modelled), undamp_.data(), work.unfolded.data());
-    spectrum_.clear(observation.missing, work.unfolded);
-    spectrum_.whiten(observation.missing, work.unfolded, work.noise, isa_);
-    for (std::size_t k = 0; k < rows; ++k) {
-      const double* in =
-          k < kept ? work.noise.coefficient.data() + k * lanes : work.noise.missing_value.data() + (k - kept) * lanes;
+  /// Writes the columns of parameters of the loop, of the start and of the gain, from the forward pass's state.
+  void write_loop() {
+    for (std::size_t i = 0; i < density_.quantiles_.size(); ++i)
+      if (const ParameterChange change(density_.family(), i); !change.empty()) write_loop_column(i, change);
+    write_loop_column(density_.place(start), [](const Place& p) { return p.gain * p.s * p.sway; });
+    write_loop_column(density_.place(gain), [](const Place& p) { return p.sway; });
+  }
+
+  /// Writes the columns of the threshold and of the vestibular noise's level.
+  void write_dead_band() {
+    set_response();
+    std::fill(work_.by_passed.begin(), work_.by_passed.end(), 0.0);
+    run_.join(density_.bins_, work_.by_theta.data(), work_.by_passed.data());
+    if (const std::optional<std::size_t> theta = density_.family().find_parameter(sim::Coefficient::theta))
+      write_passed_column(noises_ + *theta, chains_.d_coordinate[*theta]);
+    for (std::size_t i = 0; i < work_.halves.size(); ++i)
+      work_.halves[i] = work_.by_low[i] * work_.fine[i] + work_.by_high[i] * work_.fine[i + lanes];
+    run_.join(density_.bins_, work_.halves.data(), work_.by_passed.data());
+    if (const std::optional<std::size_t> nv = density_.family().find_parameter(sim::Coefficient::nv)) {
+      std::array<double, lanes> of_nv;
+      for (std::size_t l = 0; l < lanes; ++l) of_nv[l] = chains_.d_nv[l] * chains_.d_coordinate[*nv][l];
+      write_passed_column(noises_ + *nv, of_nv);
+    }
+  }
+
+  /// Writes the columns of the vestibular noise's coefficients; call it after write_dead_band().
+  void write_noise() {
+    const DeadBandValues values = density_.dead_band_values(chains_, work_);
+    const auto last = static_cast<std::size_t>(2 * density_.bins_);
+    work_.noise_column.resize(static_cast<std::size_t>(density_.noise_.edges()));
+    work_.fine_column.resize(last + 1);
+    for (std::size_t i = 0; i < noises_; ++i) {
+      density_.noise_.column(static_cast<int>(i), work_.noise_column);
+      for (std::size_t half = 0; half <= last; ++half)
+        work_.fine_column[half] = refined(work_.noise_column, half, last);
+      run_.dead_band_change(2 * density_.bins_, values, work_.fine_column.data(), work_.halves.data());
+      run_.join(density_.bins_, work_.halves.data(), work_.by_passed.data());
+      write_passed_column(i, chains_.noise_gain);
+    }
+    std::fill(work_.loop_spectrum.begin(), work_.loop_spectrum.end(), 0.0);
+  }
+
+  /// Computes J^t J from all columns: a lower triangle per chain.
+  void multiply(std::span<double> matrices) {
+    work_.products.assign(blocks_of_columns_ * (blocks_of_columns_ + 1) / 2 * 16 * lanes, 0.0);
+    run_.add_products(static_cast<int>(strips_), static_cast<int>(blocks_of_columns_), work_.columns.data(),
+                      work_.products.data());
+    unpack(work_.products, count_, matrices);
+  }
+
+ private:
+  static constexpr std::size_t strip_size = std::size_t{strip_rows} * lanes;  // of a column
+
+  /// Writes the column of the observed sway's change, whose transform is in work.sway_spectrum.
+  void write(std::size_t column, const std::array<double, lanes>& factors) {
+    density_.to_blocks(work_);
+    run_.unfold(density_.blocks_, silence_.data(), density_.trial_blocks(work_.modelled), density_.undamp_.data(),
+                work_.unfolded.data());
+    density_.spectrum_.clear(observation_.missing, work_.unfolded);
+    density_.spectrum_.whiten(observation_.missing, work_.unfolded, work_.noise, density_.isa_);
+    for (std::size_t k = 0; k < rows_; ++k) {
+      const double* in = k < kept_ ? work_.noise.coefficient.data() + k * lanes
+                                   : work_.noise.missing_value.data() + (k - kept_) * lanes;
       const std::size_t strip = k / strip_rows, row = k % strip_rows;
-      double* out = work.columns.data() + (strip * 4 * blocks_of_columns + column) * strip_size + row * lanes;
+      double* out = work_.columns.data() + (strip * 4 * blocks_of_columns_ + column) * strip_size + row * lanes;
       for (std::size_t l = 0; l < lanes; ++l) out[l] = in[l] * factors[l];
     }
-  };
+  }
 
-  // Columns of the loop, from the forward pass's state; then columns of the passed velocity.
-  const auto frequencies = static_cast<std::size_t>(frequencies_);
-  const auto locate = [&](std::size_t k, std::size_t l) {
+  template <class Change>
+  void write_loop_column(std::size_t global, const Change& change) {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(density_.frequencies_); ++k)
+      for (std::size_t l = 0; l < lanes; ++l)
+        put_lane(work_.sway_spectrum, k, l, change(locate(k, l)) * in_lane(work_.observe, k, l));
+    write(noises_ + global, chains_.d_coordinate[global]);
+  }
+
+  /// Writes the column of the passed velocity's change, whose bins are in work.by_passed.
+  void write_passed_column(std::size_t column, const std::array<double, lanes>& factors) {
+    density_.fft_.forward_lanes(work_.by_passed, work_.loop_spectrum, work_.fft_work, density_.isa_);
+    run_.product(density_.frequencies_, work_.loop_spectrum.data(), work_.response.data(), work_.sway_spectrum.data());
+    write(column, factors);
+  }
+
+  /// Sets work.response: from the transform of the bins to the observed sway's.
+  void set_response() {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(density_.frequencies_); ++k) {
+      for (std::size_t l = 0; l < lanes; ++l) {
+        const Place p = locate(k, l);
+        put_lane(work_.response, k, l,
+                 -(p.gain * p.tilt) * p.active() * p.c() * p.inverse * number(density_.hold_, k) *
+                     in_lane(work_.observe, k, l));
+      }
+    }
+  }
+
+  Place locate(std::size_t k, std::size_t l) const {
     using enum sim::Coefficient;
-    Place here{.s = number(s_, k),
-               .sum = number(sum_, k),
-               .rate = number(rate_, k),
-               .platform = number(platform_, k),
-               .passed = in_lane(work.bins_spectrum, k, l),
-               .sway = in_lane(work.sway, k, l),
-               .delayed = in_lane(work.delayed, k, l),
-               .inverse = in_lane(work.inverse, k, l),
+    const Chains& c = chains_;
+    Place here{.s = number(density_.s_, k),
+               .sum = number(density_.sum_, k),
+               .rate = number(density_.rate_, k),
+               .platform = number(density_.platform_, k),
+               .passed = in_lane(work_.bins_spectrum, k, l),
+               .sway = in_lane(work_.sway, k, l),
+               .delayed = in_lane(work_.delayed, k, l),
+               .inverse = in_lane(work_.inverse, k, l),
                .kp = c[kp][l],
                .kd = c[kd][l],
-               .gain = c.value[place(Quantity::gain)][l]};
-    if (unit_gains_) return here;
+               .gain = c.value[density_.place(Quantity::gain)][l]};
+    if (density_.unit_gains_) return here;
     here.position = c[position][l];
     here.tilt = c[tilt][l];
     here.gravity = c[gravity][l];
     here.slow = c[slow][l];
     here.torque = c[torque][l];
-    here.derivative = number(derivative_, k);
-    here.slow_response = number(slow_response_, k);
-    here.torque_response = number(torque_response_, k);
+    here.derivative = number(density_.derivative_, k);
+    here.slow_response = number(density_.slow_response_, k);
+    here.torque_response = number(density_.torque_response_, k);
     return here;
-  };
-  const auto write_loop_column = [&](std::size_t global, const auto& change) {
-    for (std::size_t k = 0; k < frequencies; ++k)
-      for (std::size_t l = 0; l < lanes; ++l)
-        put_lane(work.sway_spectrum, k, l, change(locate(k, l)) * in_lane(work.observe, k, l));
-    write_column(noises + global, c.d_coordinate[global]);
-  };
-  for (std::size_t i = 0; i < quantiles_.size(); ++i) {
-    std::vector<std::pair<double, LoopChange>> changes;
-    for (const sim::Family::Term& term : family().terms) {
-      const LoopChange change = change_with(term.coefficient);
-      if (term.parameter == i && change != nullptr) changes.emplace_back(term.factor, change);
-    }
-    if (changes.empty()) continue;  // of the dead band
-    write_loop_column(i, [&](const Place& p) {
-      Complex sum = changes.front().first * changes.front().second(p);
-      for (std::size_t t = 1; t < changes.size(); ++t) sum += changes[t].first * changes[t].second(p);
-      return sum;
-    });
   }
-  write_loop_column(place(start), [](const Place& p) { return p.gain * p.s * p.sway; });
-  write_loop_column(place(gain), [](const Place& p) { return p.sway; });
-  for (std::size_t k = 0; k < frequencies; ++k) {
-    for (std::size_t l = 0; l < lanes; ++l) {
-      const Place p = locate(k, l);
-      put_lane(work.response, k, l,
-               -(p.gain * p.tilt) * p.active() * p.c() * p.inverse * number(hold_, k) * in_lane(work.observe, k, l));
-    }
-  }
-  const auto passed_column = [&](std::size_t column, const std::array<double, lanes>& factors) {
-    fft_.forward_lanes(work.by_passed, work.loop_spectrum, work.fft_work, isa_);
-    run.product(frequencies_, work.loop_spectrum.data(), work.response.data(), work.sway_spectrum.data());
-    write_column(column, factors);
-  };
-  std::fill(work.by_passed.begin(), work.by_passed.end(), 0.0);
-  run.join(bins_, work.by_theta.data(), work.by_passed.data());
-  const std::optional<std::size_t> theta = family().find_parameter(sim::Coefficient::theta),
-                                   nv = family().find_parameter(sim::Coefficient::nv);
-  if (theta) passed_column(noises + *theta, c.d_coordinate[*theta]);
-  for (std::size_t i = 0; i < work.halves.size(); ++i)
-    work.halves[i] = work.by_low[i] * work.fine[i] + work.by_high[i] * work.fine[i + lanes];
-  run.join(bins_, work.halves.data(), work.by_passed.data());
-  if (nv) {
-    std::array<double, lanes> of_nv;
-    for (std::size_t l = 0; l < lanes; ++l) of_nv[l] = c.d_nv[l] * c.d_coordinate[*nv][l];
-    passed_column(noises + *nv, of_nv);
-  }
-  const DeadBandValues values = dead_band_values(c, work);
-  const auto bins = static_cast<std::size_t>(bins_);
-  work.fine_column.resize(2 * bins + 1);
-  for (std::size_t i = 0; i < noises; ++i) {
-    noise_.column(static_cast<int>(i), work.noise_column);
-    for (std::size_t half = 0; half <= 2 * bins; ++half)
-      work.fine_column[half] = refined(work.noise_column, half, 2 * bins);
-    run.dead_band_change(2 * bins_, values, work.fine_column.data(), work.halves.data());
-    run.join(bins_, work.halves.data(), work.by_passed.data());
-    passed_column(i, c.noise_gain);
-  }
-  std::fill(work.loop_spectrum.begin(), work.loop_spectrum.end(), 0.0);
-  run.add_products(static_cast<int>(strips), static_cast<int>(blocks_of_columns), work.columns.data(),
-                   work.products.data());
 
-  unpack(work.products, count, matrices);
+  const Density& density_;
+  const Observation& observation_;
+  const Chains& chains_;
+  Workspace& work_;
+  const Kernels& run_;
+  std::size_t count_, noises_, kept_, rows_, blocks_of_columns_, strips_;
+  std::vector<double> silence_;
+};
+
+void Density::add_prior_information(const Chains& c, std::span<double> matrices) const {
+  const auto noises = static_cast<std::size_t>(noise_.size());
+  const std::optional<std::size_t> nv = family().find_parameter(sim::Coefficient::nv);
   for (std::size_t l = 0; l < lanes; ++l) {
     const auto diagonal = [&](std::size_t i) -> double& { return matrices[(triangle(i) + i) * lanes + l]; };
     const double of_prior = 1.0 / (c.radius[l] * c.radius[l]);
@@ -289,6 +345,19 @@ void Density::information(const Observation& observation, std::span<const double
     }
     for (std::size_t i = 0; i < static_cast<std::size_t>(globals()); ++i) diagonal(noises + i) += 1.0;
   }
+}
+
+void Density::information(const Observation& observation, std::span<const double> x, std::span<double> matrices,
+                          Workspace& work, std::optional<double> fixed_noise_deg) const {
+  check(observation, x, matrices.size(), triangle(static_cast<std::size_t>(size())) * lanes);
+  const Chains c = chains(x, fixed_noise_deg);
+  forward(observation, x, c, work);
+  Jacobian jacobian(*this, observation, c, work);
+  jacobian.write_loop();
+  jacobian.write_dead_band();
+  jacobian.write_noise();
+  jacobian.multiply(matrices);
+  add_prior_information(c, matrices);
   add_noise_information(c, work, matrices);
 }
 

@@ -28,8 +28,8 @@ constexpr std::size_t max_coordinates = 28;
 constexpr std::uint64_t numbers_per_transition = 32;  // random numbers
 
 void check(std::size_t size, const SmcSettings& settings) {
-  const auto at_least = [](const std::string& setting, int value, int least) {
-    require_at_least("particles, " + setting, value, least);
+  const auto at_least = [](const std::string& setting, int value, int minimum) {
+    require_at_least("particles, " + setting, value, minimum);
   };
   at_least("population", settings.population, settings.chains);
   at_least("stage_transitions", settings.stage_transitions, 1);
@@ -154,10 +154,11 @@ class Run {
 
   /// Returns the population's weights after a step of the power; the largest is 1.
   std::vector<double> weights(double step) const {
-    double least = population_.front().local.misfit;
-    for (const Particle& particle : population_) least = std::min(least, particle.local.misfit);
+    double min_misfit = population_.front().local.misfit;
+    for (const Particle& particle : population_) min_misfit = std::min(min_misfit, particle.local.misfit);
     std::vector<double> made;
-    for (const Particle& particle : population_) made.push_back(decid::exp(-step * (particle.local.misfit - least)));
+    for (const Particle& particle : population_)
+      made.push_back(decid::exp(-step * (particle.local.misfit - min_misfit)));
     return made;
   }
 

@@ -158,10 +158,10 @@ void take_coherence(const Reader& reader, const Column& coherence, const Column&
       coherence, [](double value) { return value >= 0.0 && value <= 1.0; }, "is not between 0 and 1",
       "give the squared coherence");
   reader.check(cycles, is_count, "is not a number of cycles", "give the number of averaged cycles");
-  const double least = half_unit(coherence.values);
+  const double min_squared = half_unit(coherence.values);
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const double averages = cycles.values[i] * std::max(1, table.rows[i].harmonics);
-    const double squared = std::clamp(coherence.values[i], least, 1.0 - least);
+    const double squared = std::clamp(coherence.values[i], min_squared, 1.0 - min_squared);
     table.rows[i].coherence = squared;
     table.rows[i].stddev = gains.values[i] * std::sqrt((1.0 - squared) / (2.0 * squared * averages));
   }

@@ -25,7 +25,7 @@ class Group {
       rate_[v] = V::load(p.sway_rate + lane(v));
       error_[v] = V::load(p.error + lane(v));
       newer_[v] = V::load(p.newer + lane(v));
-      largest_[v] = V::load(p.largest + lane(v));
+      max_sway_[v] = V::load(p.max_sway + lane(v));
       noise_[v] = V::load(p.noise + lane(v));
       if constexpr (!unit_gains) {
         slow_[v] = V::load(p.slow + lane(v));
@@ -69,7 +69,7 @@ class Group {
     bool within = true;
     for (int v = 0; v < vectors; ++v) {
       noise_[v] = next[v];
-      within = V::all_within(largest_[v], step_constants_.sway_limit_rad) && within;
+      within = V::all_within(max_sway_[v], step_constants_.sway_limit_rad) && within;
     }
     return within;
   }
@@ -80,7 +80,7 @@ class Group {
       V::store(p_.sway_rate + lane(v), rate_[v]);
       V::store(p_.error + lane(v), error_[v]);
       V::store(p_.newer + lane(v), newer_[v]);
-      V::store(p_.largest + lane(v), largest_[v]);
+      V::store(p_.max_sway + lane(v), max_sway_[v]);
       V::store(p_.noise + lane(v), noise_[v]);
       if constexpr (!unit_gains) {
         V::store(p_.slow + lane(v), slow_[v]);
@@ -152,7 +152,7 @@ class Group {
       rate_[v] = next;
       sway_[v] = V::fma(next, step_s_, sway_[v]);
       // NaN comes last, so it persists to the sample's end.
-      largest_[v] = V::max(largest_[v], V::abs(sway_[v]));
+      max_sway_[v] = V::max(max_sway_[v], V::abs(sway_[v]));
     }
   }
 
@@ -162,7 +162,7 @@ class Group {
   D step_s_ = V::set(step_constants_.step_s);
   D dead_band_ = V::set(step_constants_.gravity_dead_band);
   D slow_leak_ = V::set(step_constants_.slow_leak), torque_leak_ = V::set(step_constants_.torque_leak);
-  D sway_[vectors], rate_[vectors], error_[vectors], newer_[vectors], largest_[vectors], noise_[vectors];
+  D sway_[vectors], rate_[vectors], error_[vectors], newer_[vectors], max_sway_[vectors], noise_[vectors];
   D slope_[vectors], platform_rate_[vectors], drive_[vectors], drive_slope_[vectors];
   D slow_[vectors], torque_[vectors], active_[vectors], excess_rate_[vectors];  // without unit gains only
 };

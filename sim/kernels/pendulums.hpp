@@ -57,10 +57,10 @@ struct Pendulums {
   alignas(64) double minus_gravity[count];  // -gravity; read only with a dead band
   // Their state.
   alignas(64) double sway[count], sway_rate[count];
-  alignas(64) double error[count];    // e
-  alignas(64) double newer[count];    // the delayed command of the previous step
-  alignas(64) double noise[count];    // nu' / 2 at the start of the current sample
-  alignas(64) double largest[count];  // max |a|
+  alignas(64) double error[count];     // e
+  alignas(64) double newer[count];     // the delayed command of the previous step
+  alignas(64) double noise[count];     // nu' / 2 at the start of the current sample
+  alignas(64) double max_sway[count];  // max |a|
   // Members without unit gains: slow feedback and torque feedback, and the delayed command of the step before.
   alignas(64) double slow[count], torque[count], active[count];
   // Addresses of each lane's next reads and writes.

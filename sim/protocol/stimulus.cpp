@@ -54,11 +54,11 @@ void check_given_cycle(const Checker& check, const std::string& prefix, const Ki
   check.whole_samples(prefix + "cycle_s", kind.cycle_s, rate_of(steps_per_sample));
 }
 
-void check_count(const Checker& check, const std::string& setting, std::size_t count, std::size_t least,
-                 std::size_t most) {
-  if (count >= least && count <= most) return;
+void check_count(const Checker& check, const std::string& setting, std::size_t count, std::size_t min_count,
+                 std::size_t max_count) {
+  if (count >= min_count && count <= max_count) return;
   check.fail(setting, "has " + std::to_string(count) + " entries",
-             "give " + std::to_string(least) + " to " + std::to_string(most));
+             "give " + std::to_string(min_count) + " to " + std::to_string(max_count));
 }
 
 void check_kind(const Checker& check, const Sequence& sequence, int) {
@@ -335,14 +335,14 @@ std::vector<int> ternary_sequence(const Sequence& sequence) {
 
 std::string broken_joint(const std::vector<double>& tilt_deg) {
   if (tilt_deg.empty()) return {};
-  double largest = 0.0;
+  double max_step = 0.0;
   for (std::size_t k = 1; k < tilt_deg.size(); ++k) {
-    largest = std::max(largest, std::abs(tilt_deg[k] - tilt_deg[k - 1]));
+    max_step = std::max(max_step, std::abs(tilt_deg[k] - tilt_deg[k - 1]));
   }
   const double joint = std::abs(tilt_deg.front() - tilt_deg.back());
-  if (joint <= std::max(max_joint_steps * largest, min_joint_deg)) return {};
+  if (joint <= std::max(max_joint_steps * max_step, min_joint_deg)) return {};
   return "jumps by " + setting_text(joint) + " degrees from its last sample to the next cycle's first; " +
-         "within a cycle by at most " + setting_text(largest);
+         "within a cycle by at most " + setting_text(max_step);
 }
 
 double Stimulus::tilt_at(int step) const {

@@ -22,7 +22,7 @@ TEST_CASE("the batches of an epoch: as few as the largest allows, of sizes that 
       REQUIRE(batches.first(batches.count()) == samples);
       for (int i = 0; i < batches.count(); ++i) {
         REQUIRE(batches.size(i) <= largest);
-        REQUIRE((batches.size(i) == batches.smallest() || batches.size(i) == batches.smallest() + 1));
+        REQUIRE((batches.size(i) == batches.min_size() || batches.size(i) == batches.min_size() + 1));
         REQUIRE((i == 0 || batches.size(i) <= batches.size(i - 1)));
         REQUIRE(batches.beginning_at(batches.first(i)) == i);
         if (samples % largest == 0) REQUIRE(batches.size(i) == largest);

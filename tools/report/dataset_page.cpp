@@ -13,8 +13,8 @@ using dataset::Distribution;
 Json figures_of(const Distribution& values) {
   return {{"mean", values.mean()},
           {"sd", values.stddev()},
-          {"min", values.least()},
-          {"max", values.most()},
+          {"min", values.min()},
+          {"max", values.max()},
           {"counts", std::vector<long long>(values.bins().begin(), values.bins().end())}};
 }
 

@@ -21,15 +21,15 @@ double min_length(double rate_hz) {
 
 /// The sizes of a sway that tell a stretch from what its sensor and its file's digits do.
 struct Sizes {
-  double smallest_change = std::numeric_limits<double>::infinity();  ///< between neighbours that differ
-  double largest = 0.0;                                              ///< of the sway
+  double min_change = std::numeric_limits<double>::infinity();  ///< between neighbours that differ
+  double max = 0.0;                                             ///< of the sway
 };
 Sizes sizes_of(std::span<const double> sway) {
   Sizes sizes;
   for (std::size_t k = 1; k < sway.size(); ++k) {
     if (const double change = std::abs(sway[k] - sway[k - 1]); change > 0.0)
-      sizes.smallest_change = std::min(sizes.smallest_change, change);
-    sizes.largest = std::max(sizes.largest, std::abs(sway[k]));
+      sizes.min_change = std::min(sizes.min_change, change);
+    sizes.max = std::max(sizes.max, std::abs(sway[k]));
   }
   return sizes;
 }
@@ -98,8 +98,8 @@ std::vector<SampleRange> frozen_stretches(std::span<const double> sway, double r
 
 std::vector<SampleRange> straight_stretches(std::span<const double> sway, const Sizes& sizes, double rate_hz) {
   // Rounding bends a line by up to two steps of the file, or by the precision of floats.
-  const double allowed = std::max(2.0 * (1.0 + 1e-6) * sizes.smallest_change,
-                                  3.0 * sizes.largest * double{std::numeric_limits<float>::epsilon()});
+  const double allowed =
+      std::max(2.0 * (1.0 + 1e-6) * sizes.min_change, 3.0 * sizes.max * double{std::numeric_limits<float>::epsilon()});
   // bend k: of sample k + 1 between its neighbours.
   const std::size_t bends = sway.size() - 2;
   const auto bend = [&](std::size_t k) { return std::abs(sway[k] - 2.0 * sway[k + 1] + sway[k + 2]); };
@@ -128,11 +128,11 @@ std::vector<SampleRange> straight_stretches(std::span<const double> sway, const 
 /// Returns whether a sway usually changes by less than ten of its smallest changes outside of its frozen stretches. At
 /// a turn it then stays within a step of the sensor, or of the file's digits, for as long as a frozen sensor stands
 /// still.
-bool stands_still_by_digits(std::span<const double> sway, double smallest_change, std::vector<SampleRange> frozen) {
+bool stands_still_by_digits(std::span<const double> sway, double min_change, std::vector<SampleRange> frozen) {
   for (SampleRange& stretch : frozen) --stretch.end;  // change k: from sample k to sample k + 1
   return is_median_below(
-      min_median_change * smallest_change, sway.size() - 1,
-      [&](std::size_t k) { return std::abs(sway[k + 1] - sway[k]); }, frozen);
+      min_median_change * min_change, sway.size() - 1, [&](std::size_t k) { return std::abs(sway[k + 1] - sway[k]); },
+      frozen);
 }
 
 }  // namespace
@@ -142,7 +142,7 @@ Stretches find_stretches(std::span<const double> sway, double rate_hz) {
   const Sizes sizes = sizes_of(sway);
   Stretches found{frozen_stretches(sway, rate_hz), straight_stretches(sway, sizes, rate_hz), {}};
   found.unmeasured = found.straight;
-  if (!found.frozen.empty() && !stands_still_by_digits(sway, sizes.smallest_change, found.frozen))
+  if (!found.frozen.empty() && !stands_still_by_digits(sway, sizes.min_change, found.frozen))
     for (const SampleRange& still : found.frozen) found.unmeasured.push_back({still.first + 1, still.end});
   found.unmeasured = joined_ranges(std::move(found.unmeasured));
   return found;

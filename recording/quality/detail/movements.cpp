@@ -95,15 +95,15 @@ class Innovations {
 
 }  // namespace
 
-Movement largest_movement(std::span<const double> noise, std::span<const double> a,
-                          const std::vector<bool>& is_measured, double step_s) {
+Movement find_movement(std::span<const double> noise, std::span<const double> a, const std::vector<bool>& is_measured,
+                       double step_s) {
   const Innovations innovations(noise, a, is_measured);
   // Forwards, the first values have no innovations. Backwards the same autoregression holds, and they are the last
   // ones.
   const Innovations backwards(std::vector<double>(noise.rbegin(), noise.rend()), a,
                               std::vector<bool>(is_measured.rbegin(), is_measured.rend()));
   const auto blocks = std::ssize(noise), order = std::ssize(a);
-  Movement largest;
+  Movement found;
   std::vector<double> sizes;
   for (const Shape& shape : shapes_of(a, step_s)) {
     const auto size = static_cast<std::ptrdiff_t>(shape.size);
@@ -127,12 +127,12 @@ Movement largest_movement(std::span<const double> noise, std::span<const double>
     }
     if (sizes.empty()) continue;
     const double typical = stddev_by_median(sizes);
-    if (!(std::abs(best.correlation) > largest.deviations * typical)) continue;
-    largest = {std::abs(best.correlation) / typical, best.size,
-               static_cast<double>(std::max<std::ptrdiff_t>(0, best_at)) * step_s,
-               static_cast<double>(std::min(blocks, best_at + size)) * step_s, shape.is_step};
+    if (!(std::abs(best.correlation) > found.deviations * typical)) continue;
+    found = {std::abs(best.correlation) / typical, best.size,
+             static_cast<double>(std::max<std::ptrdiff_t>(0, best_at)) * step_s,
+             static_cast<double>(std::min(blocks, best_at + size)) * step_s, shape.is_step};
   }
-  return largest;
+  return found;
 }
 
 }  // namespace decid::recording

@@ -19,7 +19,7 @@ struct Movement {
 /// Returns the most conspicuous movement; zeros if there is none. noise: one value every step_s seconds, without the
 /// response to the tilt. a: n(t) = sum_i a[i] n(t - 1 - i) + e(t). is_measured: one for each value, or empty, which is
 /// all of them.
-Movement largest_movement(std::span<const double> noise, std::span<const double> a,
-                          const std::vector<bool>& is_measured, double step_s);
+Movement find_movement(std::span<const double> noise, std::span<const double> a, const std::vector<bool>& is_measured,
+                       double step_s);
 
 }  // namespace decid::recording

@@ -8,11 +8,8 @@
 #include <utility>
 
 #include "base/math/statistics.hpp"
-#include "base/setting.hpp"
 #include "recording/quality/detail/block_means.hpp"
 #include "recording/quality/detail/whitened.hpp"
-#include "recording/table/columns.hpp"
-#include "sim/protocol/protocol.hpp"
 
 namespace decid::recording {
 
@@ -25,14 +22,10 @@ constexpr std::size_t max_slip = 30, slip_step = 2, margin = 100, place_step = 5
 constexpr std::size_t rest = max_slip + taps + order;
 constexpr std::size_t max_searched_dead = 17;  ///< of the response, in a recording that starts early
 constexpr int rounds = 3;
-constexpr double off_deg = 0.3, off_medians = 14.0, slip_gain = 50.0, rest_gain = 26.0;
 constexpr double chance_gain = 2.0, chance_gain_more = 5.0, inexact_part = 0.02, max_inexact_gain = 250.0;
 constexpr double dead_gain = 60.0;
-constexpr double inferable_start_s = 0.6;  ///< a fit infers up to 0.5 s; starts are found in steps of 0.2 s
 /// Passive stiffness and damping show in the second block. Without them the active torque shows after its delay.
 constexpr std::size_t passive_dead = 1, active_dead = 3, max_passive_dead = 3, max_active_dead = 5;
-constexpr double movement_deg = 0.3, movement_deviations = 8.0;
-constexpr double around_s = 1.0;  ///< what a user empties on both sides of a movement, together
 
 using Row = std::array<double, unknowns>;
 using Square = std::array<Row, unknowns>;  // lower triangle
@@ -139,78 +132,6 @@ Rest fit_response(const std::vector<double>& sway, const std::vector<double>& ti
   return found;
 }
 
-/// Fits in which the tilt is read later from a certain block. y, u: whitened sway and tilt.
-class Slips {
- public:
-  Slips(std::vector<double> y, std::vector<double> u, double constant)
-      : y_(std::move(y)), u_(std::move(u)), constant_(constant), squares_(u_.size() + 1), before_(y_.size() + 1) {
-    for (std::size_t s = 0; s < u_.size(); ++s) {
-      squares_[s + 1] = squares_[s];
-      if (s >= taps) add_products(row_of(u_, constant_, s), squares_[s + 1]);
-    }
-    for (std::size_t k = order; k < y_.size(); ++k) {
-      size_ += y_[k] * y_[k];
-      before_[k + 1] = before_[k];
-      add_products(row_of(u_, constant_, k + rest), y_[k], before_[k + 1]);
-    }
-  }
-
-  double without() const { return residual(y_.size(), rest, {}); }
-
-  /// Calls visit(block, is_before, residual) for each place: the response is missing before the block, or from it on.
-  template <class Visit>
-  void visit_missing(const Visit& visit) const {
-    const std::size_t end = y_.size();
-    for (std::size_t k = margin; k + margin <= end; k += place_step) {
-      const Square &here = squares_[k + rest], &all = squares_[end + rest], &first = squares_[order + rest];
-      for (const bool is_before : {true, false}) {
-        const Square &from = is_before ? here : first, &to = is_before ? all : here;
-        Square left;
-        Row right;
-        for (std::size_t i = 0; i < unknowns; ++i) {
-          for (std::size_t j = 0; j <= i; ++j) left[i][j] = to[i][j] - from[i][j];
-          right[i] = is_before ? before_[end][i] - before_[k][i] : before_[k][i];
-        }
-        // The constant holds without a response too.
-        left[taps][taps] = all[taps][taps] - first[taps][taps];
-        right[taps] = before_[end][taps];
-        visit(k, is_before, size_ - eliminate(left, right));
-      }
-    }
-  }
-
-  /// Calls visit(block, residual) for each place, from last to first. Returns the residual if the tilt is read later
-  /// from the first block on. `shifted`: `rest` plus the blocks by which the tilt is read later.
-  template <class Visit>
-  double visit(std::size_t shifted, const Visit& visit) const {
-    Row behind{};
-    for (std::size_t k = y_.size(); k-- > order;) {
-      add_products(row_of(u_, constant_, k + shifted), y_[k], behind);
-      if (k >= margin && k <= y_.size() - margin && (k - margin) % place_step == 0)
-        visit(k, residual(k, shifted, behind));
-    }
-    return residual(order, shifted, behind);
-  }
-
- private:
-  double residual(std::size_t place, std::size_t shifted, const Row& behind) const {
-    const Square &from = squares_[order + rest], &to = squares_[place + rest], &from_there = squares_[place + shifted],
-                 &end = squares_[y_.size() + shifted];
-    Square left;
-    Row right;
-    for (std::size_t i = 0; i < unknowns; ++i) {
-      for (std::size_t j = 0; j <= i; ++j) left[i][j] = to[i][j] - from[i][j] + end[i][j] - from_there[i][j];
-      right[i] = before_[place][i] + behind[i];
-    }
-    return size_ - eliminate(left, right);
-  }
-
-  std::vector<double> y_, u_;
-  double constant_, size_ = 0.0;
-  std::vector<Square> squares_;  // [s]: sums of products before block s of the tilt
-  std::vector<Row> before_;      // [k]: with the sway, before block k of the trial
-};
-
 /// Fits with responses that begin later. y, u: whitened sway and tilt.
 class DeadTimes {
  public:
@@ -286,26 +207,79 @@ std::size_t find_dead_time(const DeadTimes& dead_times, std::size_t blocks) {
   return dead < max_searched_dead && gain(no_response, dead_times.residual(dead, dead + taps)) > dead_gain ? dead : 0;
 }
 
-std::string describe(const Movement& movement) {
-  const std::string size = three_digits(std::abs(movement.size) / sim::rad_per_deg) + " degrees",
-                    unexplained = ", which neither the tilt nor this sway's noise explains: ",
-                    from = three_digits(movement.begin_s), to = three_digits(movement.end_s);
-  if (movement.is_step)
-    return "about " + three_digits(0.5 * (movement.begin_s + movement.end_s)) +
-           " s after the protocol's start the sway moves to another level, by " + size + unexplained +
-           "if the person stood differently from then on, or the sensor slipped, repeat the trial";
-  const std::string fill = setting("fill_gaps") + " ";
-  if (movement.begin_s <= 0.0)
-    return "in the protocol's first " + to + " s the sway moves by " + size + unexplained +
-           "if the person had not settled, leave the sway's values empty until the person stands as later, and give " +
-           fill + "with the length of this gap, or repeat the trial";
-  return "from " + from + " to " + to + " s of the protocol the sway moves by " + size + unexplained +
-         "if the person staggered or was held, leave the sway's values in this stretch and half a second on both sides "
-         "empty, and give " +
-         fill + three_digits(std::ceil(movement.end_s - movement.begin_s + around_s)) + "; else repeat the trial";
-}
-
 }  // namespace
+
+/// Fits in which the tilt is read later from a certain block. y, u: whitened sway and tilt.
+class ResponseCheck::Slips {
+ public:
+  Slips(std::vector<double> y, std::vector<double> u, double constant)
+      : y_(std::move(y)), u_(std::move(u)), constant_(constant), squares_(u_.size() + 1), before_(y_.size() + 1) {
+    for (std::size_t s = 0; s < u_.size(); ++s) {
+      squares_[s + 1] = squares_[s];
+      if (s >= taps) add_products(row_of(u_, constant_, s), squares_[s + 1]);
+    }
+    for (std::size_t k = order; k < y_.size(); ++k) {
+      size_ += y_[k] * y_[k];
+      before_[k + 1] = before_[k];
+      add_products(row_of(u_, constant_, k + rest), y_[k], before_[k + 1]);
+    }
+  }
+
+  double without() const { return residual(y_.size(), rest, {}); }
+
+  /// Calls visit(block, is_before, residual) for each place: the response is missing before the block, or from it on.
+  template <class Visit>
+  void visit_missing(const Visit& visit) const {
+    const std::size_t end = y_.size();
+    for (std::size_t k = margin; k + margin <= end; k += place_step) {
+      const Square &here = squares_[k + rest], &all = squares_[end + rest], &first = squares_[order + rest];
+      for (const bool is_before : {true, false}) {
+        const Square &from = is_before ? here : first, &to = is_before ? all : here;
+        Square left;
+        Row right;
+        for (std::size_t i = 0; i < unknowns; ++i) {
+          for (std::size_t j = 0; j <= i; ++j) left[i][j] = to[i][j] - from[i][j];
+          right[i] = is_before ? before_[end][i] - before_[k][i] : before_[k][i];
+        }
+        // The constant holds without a response too.
+        left[taps][taps] = all[taps][taps] - first[taps][taps];
+        right[taps] = before_[end][taps];
+        visit(k, is_before, size_ - eliminate(left, right));
+      }
+    }
+  }
+
+  /// Calls visit(block, residual) for each place, from last to first. Returns the residual if the tilt is read later
+  /// from the first block on. `shifted`: `rest` plus the blocks by which the tilt is read later.
+  template <class Visit>
+  double visit(std::size_t shifted, const Visit& visit) const {
+    Row behind{};
+    for (std::size_t k = y_.size(); k-- > order;) {
+      add_products(row_of(u_, constant_, k + shifted), y_[k], behind);
+      if (k >= margin && k <= y_.size() - margin && (k - margin) % place_step == 0)
+        visit(k, residual(k, shifted, behind));
+    }
+    return residual(order, shifted, behind);
+  }
+
+ private:
+  double residual(std::size_t place, std::size_t shifted, const Row& behind) const {
+    const Square &from = squares_[order + rest], &to = squares_[place + rest], &from_there = squares_[place + shifted],
+                 &end = squares_[y_.size() + shifted];
+    Square left;
+    Row right;
+    for (std::size_t i = 0; i < unknowns; ++i) {
+      for (std::size_t j = 0; j <= i; ++j) left[i][j] = to[i][j] - from[i][j] + end[i][j] - from_there[i][j];
+      right[i] = before_[place][i] + behind[i];
+    }
+    return size_ - eliminate(left, right);
+  }
+
+  std::vector<double> y_, u_;
+  double constant_, size_ = 0.0;
+  std::vector<Square> squares_;  // [s]: sums of products before block s of the tilt
+  std::vector<Row> before_;      // [k]: with the sway, before block k of the trial
+};
 
 ResponseCheck::ResponseCheck(std::span<const double> tilt_rad, double rate_hz, bool has_passive)
     : block_(std::max<std::size_t>(1, static_cast<std::size_t>(std::round(rate_hz / coarse_hz)))),
@@ -335,20 +309,31 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
   std::vector<bool> is_measured(gaps.empty() ? 0 : blocks_, true);
   for (const SampleRange& gap : gaps)
     for (std::size_t k = gap.first / block_; k < blocks_ && k * block_ < gap.end; ++k) is_measured[k] = false;
-  found.movement = largest_movement(fit.noise, fit.a, is_measured, step_s_);
-
-  std::vector<double> innovations = whitened(fit.noise, fit.a);
-  innovations.erase(innovations.begin(), innovations.begin() + order);
-  for (double& value : innovations) value = std::abs(value);
-  const auto largest = std::ranges::max_element(innovations);
-  found.innovation_rad = *largest;
-  found.innovation_at_s = static_cast<double>(largest - innovations.begin() + std::ssize(fit.a)) * step_s_;
-  const double typical = median(std::move(innovations));
-  found.medians = typical > 0.0 ? found.innovation_rad / typical : 0.0;
+  found.movement = find_movement(fit.noise, fit.a, is_measured, step_s_);
+  find_innovation(whitened(fit.noise, fit.a), found);
 
   const std::vector<double> y = whitened(sway, fit.a), u = whitened(tilt_, fit.a);
   const Slips slips(y, u, constant_of(fit.a));
   const double plain = slips.without();
+  find_slip(slips, plain, found);
+  find_rest(slips, plain, found);
+  if (const std::size_t dead = find_dead_time(DeadTimes(y, u, constant_of(fit.a)), blocks_); dead > max_dead_)
+    found.early_s = static_cast<double>(dead - typical_dead_) * step_s_;
+  return found;
+}
+
+void ResponseCheck::find_innovation(std::vector<double> innovations, Found& found) const {
+  innovations.erase(innovations.begin(), innovations.begin() + order);
+  for (double& value : innovations) value = std::abs(value);
+  const auto largest = std::ranges::max_element(innovations);
+  found.innovation_rad = *largest;
+  found.innovation_at_s =
+      static_cast<double>(largest - innovations.begin() + static_cast<std::ptrdiff_t>(order)) * step_s_;
+  const double typical = median(std::move(innovations));
+  found.medians = typical > 0.0 ? found.innovation_rad / typical : 0.0;
+}
+
+void ResponseCheck::find_slip(const Slips& slips, double plain, Found& found) const {
   double best = plain, best_shifted = plain;
   for (std::size_t shifted = rest - max_slip; shifted <= rest + max_slip; shifted += slip_step) {
     if (shifted == rest) continue;
@@ -363,22 +348,19 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
     best_shifted = whole;
     found.shift_s = shift_s;
   }
-  const auto gain = [&](double worse, double better) { return gain_of(blocks_, worse, better); };
-  found.slip_gain = gain(plain, best);
-  found.shift_gain = gain(plain, best_shifted);
+  found.slip_gain = gain_of(blocks_, plain, best);
+  found.shift_gain = gain_of(blocks_, plain, best_shifted);
+}
 
-  if (const std::size_t dead = find_dead_time(DeadTimes(y, u, constant_of(fit.a)), blocks_); dead > max_dead_)
-    found.early_s = static_cast<double>(dead - typical_dead_) * step_s_;
-
-  double best_missing = plain;
+void ResponseCheck::find_rest(const Slips& slips, double plain, Found& found) const {
+  double best = plain;
   slips.visit_missing([&](std::size_t place, bool is_before, double residual) {
-    if (!(residual < best_missing)) return;
-    best_missing = residual;
+    if (!(residual < best)) return;
+    best = residual;
     found.rest_begin_s = is_before ? 0.0 : static_cast<double>(place) * step_s_;
     found.rest_end_s = static_cast<double>(is_before ? place : blocks_) * step_s_;
   });
-  found.rest_gain = gain(plain, best_missing);
-  return found;
+  found.rest_gain = gain_of(blocks_, plain, best);
 }
 
 std::vector<double> ResponseCheck::centred_blocks(std::span<const double> signal_rad) const {
@@ -435,57 +417,6 @@ double ResponseCheck::prediction_gain(std::span<const double> signal_rad, double
   double worse = squares;  // what the first unknowns explain on their own
   for (std::size_t i = 0; i < own; ++i) worse -= right[i] * right[i];
   return gain_of(signal.size(), worse, better);
-}
-
-Changes look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad,
-                         std::span<const SampleRange> gaps, const Warnings& known) {
-  Changes changes;
-  Warnings& warnings = changes.warnings;
-  const ResponseCheck::Found found = check.check(sway_rad, gaps);
-  const bool is_known = std::ranges::any_of(known, [](const Warning& warning) {
-    return one_of(warning.code, {"jumps", "spikes", "frozen"});
-  });
-  const bool is_off = found.medians > off_medians && found.innovation_rad > off_deg * sim::rad_per_deg;
-  const bool moves = !is_known && !is_off && found.movement.deviations > movement_deviations &&
-                     std::abs(found.movement.size) > movement_deg * sim::rad_per_deg;
-  if (!is_known && is_off)
-    add_caution(warnings, "stretch_off",
-                three_digits(found.innovation_at_s) + " s after the protocol's start the sway moves by " +
-                    three_digits(found.innovation_rad / sim::rad_per_deg) + " degrees within 0.1 s, " +
-                    three_digits(found.medians) + " times as far as it usually does: check the sensor there");
-  if (moves) add_caution(warnings, "unusual_movement", describe(found.movement));
-  // A person who settles at the start hides the response there, or imitates one that then ends.
-  const bool settles = moves && found.movement.begin_s <= 0.0;
-  if (!settles && found.rest_gain > rest_gain && found.rest_gain > std::max(found.shift_gain, found.slip_gain)) {
-    add_caution(warnings, "no_response",
-                "from " + three_digits(found.rest_begin_s) + " to " + three_digits(found.rest_end_s) +
-                    " s of the protocol the sway does not follow the tilt, and otherwise it does: the platform stood "
-                    "still there, or the sensor failed; give the part with the tilt and its protocol");
-    return changes;
-  }
-  const bool slips = found.slip_gain > slip_gain, is_shifted = slips && found.shift_gain > found.slip_gain;
-  if (is_shifted || (!slips && found.early_s > 0.0)) {
-    const double start_s = is_shifted ? found.shift_s : -found.early_s;
-    const bool late = start_s > 0.0;
-    add_caution(warnings, "other_start",
-                "the sway follows the tilt as if the recording started " + three_digits(std::abs(start_s)) + " s " +
-                    (late ? "after" : "before") + " the protocol: " +
-                    (late ? "give a recording from the protocol's start on"
-                          : "give the protocol's start as " + setting("begin")) +
-                    (std::abs(start_s) <= inferable_start_s
-                         ? ", or let a fit without a measured tilt infer it (" + setting("prior_start") + " 0.5)"
-                         : ""));
-    changes.other_start_s = start_s;
-    return changes;
-  }
-  if (slips)
-    add_caution(warnings, "time_slips",
-                "after " + three_digits(found.slip_at_s) + " s of the protocol the sway follows the tilt " +
-                    three_digits(std::abs(found.slip_s)) + " s " + (found.slip_s > 0.0 ? "earlier" : "later") +
-                    " than before: " +
-                    (found.slip_s > 0.0 ? "a stretch of the recording is probably missing"
-                                        : "a stretch was probably recorded twice"));
-  return changes;
 }
 
 }  // namespace decid::recording

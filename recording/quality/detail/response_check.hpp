@@ -4,12 +4,10 @@
 // fitted alternately by least squares (D. Cochrane and G. H. Orcutt, J. Am. Stat. Assoc. 44, 1949).
 #pragma once
 
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "base/sample_range.hpp"
-#include "base/warning.hpp"
 #include "recording/quality/detail/movements.hpp"
 
 namespace decid::recording {
@@ -57,30 +55,22 @@ class ResponseCheck {
   std::size_t blocks() const noexcept { return blocks_; }
 
  private:
+  class Slips;            // fits in which the tilt is read later
   bool is_short() const;  ///< too short for this check
   /// Returns the blocks' means of a signal, minus their mean; empty for a short trial, and for a constant.
   std::vector<double> centred_blocks(std::span<const double> signal_rad) const;
   /// Returns `rest` plus the blocks by which the tilt is read later.
   std::size_t shifted_by(double shift_s) const;
+  void find_innovation(std::vector<double> innovations, Found& found) const;
+  /// Sets the slip and the shift, or the rest, whose fits are better than `plain`, the residual without any.
+  void find_slip(const Slips& slips, double plain, Found& found) const;
+  void find_rest(const Slips& slips, double plain, Found& found) const;
+
   std::size_t block_;
   double step_s_;
   std::vector<double> tilt_;             // means of blocks, with rest before and after
   std::size_t blocks_;                   // of the trial
   std::size_t typical_dead_, max_dead_;  // blocks of a body's dead time
 };
-
-/// Findings of look_for_changes().
-struct Changes {
-  Warnings warnings;
-  std::optional<double> other_start_s = {};  ///< of the warning `other_start`, positive after the protocol
-};
-
-/// Returns the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians within a block),
-/// `unusual_movement` (one of 0.5 to 4 s, or to another level, of 0.3 degrees and 8 standard deviations; not with
-/// `stretch_off`), and one of `no_response` (in one part, as from a platform that stopped; not with a movement at the
-/// start, which hides the response or imitates one), `other_start` and `time_slips`. Skips the first two if
-/// `known`, the sway's other warnings, contain jumps, spikes or a frozen sensor. gaps: samples that were not measured.
-Changes look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad,
-                         std::span<const SampleRange> gaps, const Warnings& known);
 
 }  // namespace decid::recording

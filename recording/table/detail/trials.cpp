@@ -157,7 +157,7 @@ std::string listed(const Table& table, const std::vector<int>& columns) {
 
 /// Adds columns that distinguish more rows than those before them, until there are `wanted` groups. Returns nothing if
 /// there are fewer in the end.
-std::vector<int> fewest_columns(std::vector<Divider> all, std::size_t wanted) {
+std::vector<int> separating_columns(std::vector<Divider> all, std::size_t wanted) {
   const auto groups = [](const RowLabels& labels) {
     return labels.values.size() - static_cast<std::size_t>(std::ranges::count(labels.values, ""));
   };
@@ -257,7 +257,7 @@ std::string remedy_for_several(const Table& table, int sway, int time, const std
     for (Divider& one : dividers(table, sway, time, false))
       if (std::optional<RowLabels> labels = of_stretches(one.labels, begins))
         constant.push_back({one.column, std::move(*labels)});
-  const std::vector<int> columns = fewest_columns(std::move(constant), begins.size());
+  const std::vector<int> columns = separating_columns(std::move(constant), begins.size());
   if (!columns.empty()) return remedy_by(by.empty() ? listed(table, columns) : by + "," + listed(table, columns));
   return "save each recording as its own file, or add a column that numbers them and give it as " +
          setting("trial_column");
@@ -287,7 +287,7 @@ void refuse_several_trials(const Table& table, int sway, int time, const std::st
                               "': the file holds several recordings";
   if (!starts.empty())
     throw Error(Code::recording_ambiguous, where, problem, remedy_for_several(table, sway, time, starts, ""));
-  const std::string advice = remedy_by(listed(table, fewest_columns(std::move(changing), 0)));
+  const std::string advice = remedy_by(listed(table, separating_columns(std::move(changing), 0)));
   throw Error(Code::recording_ambiguous, where, problem,
               advice + (is_one ? "; " + setting("trial_column") + " none reads all rows as one" : ""));
 }

@@ -24,8 +24,8 @@ TEST_CASE("a distribution counts each value in its bin, edges in the upper one, 
   CHECK(values.below() == 2);
   CHECK(values.above() == 1);
   CHECK(values.count() == 9);
-  CHECK(values.least() == -7.0);
-  CHECK(values.most() == 3.001);
+  CHECK(values.min() == -7.0);
+  CHECK(values.max() == 3.001);
 }
 
 TEST_CASE("mean and deviation do not lose a small spread about a large mean") {
@@ -35,8 +35,8 @@ TEST_CASE("mean and deviation do not lose a small spread about a large mean") {
   CHECK(values.stddev() == std::sqrt(22.5));  // nothing on the way is rounded
   Distribution negative(-2.0, 0.0, 1);
   negative.add(-1.5);
-  CHECK(negative.least() == -1.5);
-  CHECK(negative.most() == -1.5);
+  CHECK(negative.min() == -1.5);
+  CHECK(negative.max() == -1.5);
 }
 
 TEST_CASE("a data set's distributions are those of its trials, before and after enrichment") {
@@ -58,14 +58,14 @@ TEST_CASE("a data set's distributions are those of its trials, before and after 
       const Distribution &d = found.parameters[p], &e = expected.parameters[p];
       CHECK(d.mean() == e.mean());
       CHECK(d.stddev() == e.stddev());
-      CHECK(d.least() == e.least());
-      CHECK(d.most() == e.most());
+      CHECK(d.min() == e.min());
+      CHECK(d.max() == e.max());
       CHECK(std::ranges::equal(d.bins(), e.bins()));
       CHECK(d.below() + d.above() == 0);
     }
     // The stored sway is rounded to float: half a unit in the last place of 0.09 rad, twice.
     CHECK(std::abs(found.peak_to_peak.mean() - expected.peak_to_peak.mean()) < 8e-9);
-    CHECK(std::abs(found.peak_to_peak.most() - expected.peak_to_peak.most()) < 8e-9);
+    CHECK(std::abs(found.peak_to_peak.max() - expected.peak_to_peak.max()) < 8e-9);
     CHECK(found.peak_to_peak.count() == trials);
     CHECK(found.peak_to_peak.above() == 0);
     // 0.05 rad is the edge between bins 9 and 10.

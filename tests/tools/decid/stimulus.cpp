@@ -137,6 +137,8 @@ TEST_CASE("simulate --model dip: columns, defaults, options of the hip") {
   // The body is the protocol's.
   run_ok("simulate --model dip --protocol " + examples + "sines.json -o " + folder / "e.csv");
   CHECK(read_csv(folder / "e.csv", header).size() == 6000);
+  write_text(folder / "band.json", R"({"gravity_dead_band_deg": 0.07})");
+  CHECK(run_decid("simulate --model dip --protocol " + folder / "band.json" + " -o " + folder / "h.csv").code == 2);
   run_ok("simulate --model sip -o " + folder / "f.csv");
   run_ok("simulate -o " + folder / "g.csv");
   CHECK(read_text(folder / "f.csv") == read_text(folder / "g.csv"));

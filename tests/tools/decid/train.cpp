@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "tests/tools/decid/run.hpp"
-#include "tools/decid/commands/train_files.hpp"
+#include "tools/decid/commands/train/train_files.hpp"
 #include "tools/decid/progress.hpp"
 
 using namespace decid::test;

@@ -32,7 +32,7 @@ std::string table_line(const std::string& name, const std::string& unit, const d
   std::string line = format("%-12s %-9s", name.c_str(), unit.c_str());
   for (const dataset::Distribution* values : {&base, enriched})
     if (values)
-      line += format("  %9.5g %9.5g %9.5g %9.5g", values->mean(), values->stddev(), values->least(), values->most());
+      line += format("  %9.5g %9.5g %9.5g %9.5g", values->mean(), values->stddev(), values->min(), values->max());
   return line + '\n';
 }
 

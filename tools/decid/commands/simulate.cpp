@@ -172,6 +172,10 @@ void simulate(const SimulateOptions& options, const Command& command) {
     throw Error(Code::setting_conflict, "--model dip",
                 "has the controller dec at its joints, not " + protocol.experiment.body_model->name,
                 "leave the other controller out, or simulate one segment");
+  if (options.model == "dip" && protocol.gravity_dead_band_deg > 0.0)
+    throw Error(Code::setting_conflict, "--model dip",
+                "has no gravity dead band at its joints, and the protocol has one",
+                "leave gravity_dead_band_deg out, or simulate one segment");
   options.model == "dip" ? simulate_double(options, std::move(protocol))
                          : simulate_single(options, std::move(protocol));
 }
