@@ -167,12 +167,12 @@ void continue_as_prescribed(std::span<double> tilt, std::span<const double> pres
 /// Warns of a sway that does not continue as it began, or not as the protocol's tilt; sets the trial's other_start_s.
 void check_against_tilt(std::span<const double> sway, const ProtocolPlan& plan, double from_hz, Trial& trial,
                         Warnings& warnings) {
-  Changes changes = look_for_changes(plan.response(), sway, trial.gaps, warnings);
+  const Prediction prediction = plan.response().prediction_of(sway);
+  if (prediction.gain > 0.0) trial.response_gain = prediction.gain;
+  Changes changes = look_for_changes(plan.response(), sway, trial.gaps, prediction, from_hz, warnings);
   trial.other_start_s = changes.other_start_s;
   append(warnings, std::move(changes.warnings));
-  const double response_gain = plan.response().prediction_gain(sway);
-  if (response_gain > 0.0) trial.response_gain = response_gain;
-  append(warnings, look_for_reversed_time(sway, response_gain, plan));
+  append(warnings, look_for_reversed_time(sway, prediction.gain, plan));
   append(warnings, look_for_repeated_cycle(sway, plan, from_hz));
 }
 
@@ -185,7 +185,9 @@ void complete_tilt(std::vector<double>& tilt, const ProtocolPlan& plan, double f
       gaps_in_trial(recording.tilt_gaps, from_hz, plan.protocol().experiment.sample_rate_hz, place, tilt.size());
   Warnings slips = look_for_tilt_slips(tilt, gaps, plan, from_hz, start_is_given);
   if (!slips.empty())  // the sway shows the same ones less well
-    std::erase_if(recording.warnings, [](const Warning& warning) { return warning.code == "time_slips"; });
+    std::erase_if(recording.warnings, [](const Warning& warning) {
+      return one_of(warning.code, {"time_slips", "clock_differs"});
+    });
   append(recording.warnings, std::move(slips));
 }
 

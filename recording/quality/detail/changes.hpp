@@ -19,9 +19,11 @@ struct Changes {
 /// Returns the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians within a block),
 /// `unusual_movement` (one of 0.5 to 4 s, or to another level, of 0.3 degrees and 8 standard deviations; not with
 /// `stretch_off`), and one of `no_response` (in one part, as from a platform that stopped; not with a movement at the
-/// start, which hides the response or imitates one), `other_start` and `time_slips`. Skips the first two if
-/// `known`, the sway's other warnings, contain jumps, spikes or a frozen sensor. gaps: samples that were not measured.
+/// start, which hides the response or imitates one), `other_start`, `time_slips` and `clock_differs`. Skips the first
+/// two if `known`, the sway's other warnings, contain jumps, spikes or a frozen sensor. gaps: samples that were not
+/// measured. prediction: of the sway by the tilt; from_hz: the recording's rate.
 Changes look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad,
-                         std::span<const SampleRange> gaps, const Warnings& known);
+                         std::span<const SampleRange> gaps, const Prediction& prediction, double from_hz,
+                         const Warnings& known);
 
 }  // namespace decid::recording

@@ -9,6 +9,7 @@
 
 #include "base/math/statistics.hpp"
 #include "recording/quality/detail/block_means.hpp"
+#include "recording/quality/detail/least_squares.hpp"
 #include "recording/quality/detail/whitened.hpp"
 
 namespace decid::recording {
@@ -29,38 +30,6 @@ constexpr std::size_t passive_dead = 1, active_dead = 3, max_passive_dead = 3, m
 
 using Row = std::array<double, unknowns>;
 using Square = std::array<Row, unknowns>;  // lower triangle
-
-/// Replaces a by its Cholesky factor L and b by L^-1 b; skips unknowns that the equations do not determine. Returns
-/// |L^-1 b|^2, the sum of squares that the fit explains. base/math/cholesky.hpp refuses such equations.
-template <std::size_t N>
-double eliminate(std::array<std::array<double, N>, N>& a, std::array<double, N>& b) {
-  double explained = 0.0;
-  for (std::size_t i = 0; i < N; ++i) {
-    const double min_pivot = 1e-9 * a[i][i];
-    for (std::size_t j = 0; j < i; ++j) {
-      double sum = a[i][j];
-      for (std::size_t k = 0; k < j; ++k) sum -= a[i][k] * a[j][k];
-      a[i][j] = sum * a[j][j];
-    }
-    double sum = a[i][i];
-    for (std::size_t k = 0; k < i; ++k) sum -= a[i][k] * a[i][k];
-    a[i][i] = sum > min_pivot ? 1.0 / std::sqrt(sum) : 0.0;  // its inverse
-    for (std::size_t k = 0; k < i; ++k) b[i] -= a[i][k] * b[k];
-    b[i] *= a[i][i];
-    explained += b[i] * b[i];
-  }
-  return explained;
-}
-
-/// Solves a x = b and writes x to b.
-template <std::size_t N>
-void solve(std::array<std::array<double, N>, N> a, std::array<double, N>& b) {
-  eliminate(a, b);
-  for (std::size_t i = N; i-- > 0;) {
-    for (std::size_t k = i + 1; k < N; ++k) b[i] -= a[k][i] * b[k];
-    b[i] *= a[i][i];
-  }
-}
 
 using Filter = std::array<double, order>;
 
@@ -182,11 +151,6 @@ class DeadTimes {
 void subtract_mean(std::vector<double>& values) {
   const double middle = mean(values);
   for (double& value : values) value -= middle;
-}
-
-/// Returns the number of blocks times the relative decrease of the residual; 0 for a perfect fit.
-double gain_of(std::size_t blocks, double worse, double better) {
-  return better > 0.0 ? static_cast<double>(blocks) * (worse / better - 1.0) : 0.0;
 }
 
 /// Returns the blocks before the sway begins to respond; 0 for a small response, and if it begins after
@@ -395,28 +359,9 @@ ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signa
   return {n * (all / rest_power - 1.0), std::sqrt(power(response, 0) / n)};
 }
 
-double ResponseCheck::prediction_gain(std::span<const double> signal_rad, double shift_s) const {
+Prediction ResponseCheck::prediction_of(std::span<const double> signal_rad, double shift_s) const {
   const std::vector<double> signal = centred_blocks(signal_rad);
-  if (signal.empty()) return 0.0;
-  const std::size_t shifted = shifted_by(shift_s);
-  constexpr std::size_t own = order + 1, all = own + taps;  // the signal's past and the constant; with the tilt
-  std::array<double, all> row, right{};
-  std::array<std::array<double, all>, all> left{};
-  double squares = 0.0;
-  for (std::size_t k = order; k < signal.size(); ++k) {
-    for (std::size_t i = 0; i < order; ++i) row[i] = signal[k - 1 - i];
-    row[order] = 1.0;
-    for (std::size_t j = 0; j < taps; ++j) row[own + j] = tilt_[k + shifted - j];
-    for (std::size_t i = 0; i < all; ++i) {
-      right[i] += row[i] * signal[k];
-      for (std::size_t j = 0; j <= i; ++j) left[i][j] += row[i] * row[j];
-    }
-    squares += signal[k] * signal[k];
-  }
-  const double better = squares - eliminate(left, right);
-  double worse = squares;  // what the first unknowns explain on their own
-  for (std::size_t i = 0; i < own; ++i) worse -= right[i] * right[i];
-  return gain_of(signal.size(), worse, better);
+  return signal.empty() ? Prediction{} : predict(signal, tilt_, shifted_by(shift_s));
 }
 
 }  // namespace decid::recording

@@ -9,6 +9,7 @@
 
 #include "base/sample_range.hpp"
 #include "recording/quality/detail/movements.hpp"
+#include "recording/quality/detail/prediction.hpp"
 
 namespace decid::recording {
 
@@ -45,12 +46,8 @@ class ResponseCheck {
   /// Returns the response of a signal that has the tilt's number of samples and starts shift_s, -3 to 3, after it.
   /// Returns zeros for trials under 40 s, and for a constant.
   Response response_of(std::span<const double> signal_rad, double shift_s = 0.0) const;
-  /// Returns how much the tilt improves the prediction of a signal's next block from its last ones, as slip_gain:
-  ///   y(t) = c + sum_i a_i y(t - i) + sum_j h_j u(t - j) + e(t)
-  /// against the same without h (ARX: L. Ljung, System Identification, 1999, section 4.2). Its response may last longer
-  /// than the taps h, as of a body that hardly damps. About 12 without a response: 12 degrees of freedom of a
-  /// chi-squared distribution. Signal and shift_s as of response_of().
-  double prediction_gain(std::span<const double> signal_rad, double shift_s = 0.0) const;
+  /// Returns how the tilt improves the prediction of a signal. Signal and shift_s as of response_of(); zeros as there.
+  Prediction prediction_of(std::span<const double> signal_rad, double shift_s = 0.0) const;
   /// Returns the number of blocks of the trial, in which the check counts a gain.
   std::size_t blocks() const noexcept { return blocks_; }
 

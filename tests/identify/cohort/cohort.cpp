@@ -151,6 +151,26 @@ TEST_CASE("cohort: a difference is found, in units and over the persons' standar
   CHECK(found.changes.empty());
 }
 
+TEST_CASE("cohort: persons differ by parameter and group") {
+  Normals normal(6);
+  std::vector<Recording> recordings;
+  for (const char* group : {"a", "b"})
+    for (int i = 0; i < 40; ++i) {
+      const double little = 0.1 * normal() + 0.1 * normal(), much = 0.8 * normal() + 0.1 * normal();
+      const bool first = *group == 'a';
+      recordings.push_back({group + std::to_string(i),
+                            "",
+                            group,
+                            "",
+                            {},
+                            gaussian({first ? little : much, first ? much : little}, 0.1)});
+    }
+  const Result found = analyse(recordings, 2);
+  REQUIRE(found.cells.size() == 2);
+  CHECK(found.cells[0].between_sd[1].mean > 4.0 * found.cells[0].between_sd[0].mean);
+  CHECK(found.cells[1].between_sd[0].mean > 4.0 * found.cells[1].between_sd[1].mean);
+}
+
 TEST_CASE("cohort: shrinkage is undone") {
   // Evidence of sd 1.5: a network's means keep 1 / (1 + 2.25) = 31% of a difference.
   Normals normal(4);

@@ -137,6 +137,13 @@ TEST_CASE("calibrate: chains of any of a person's recordings that do not agree c
   CHECK_FALSE(all.agreed);
   CHECK(all.mean == one.mean);
   CHECK(all.below == one.below);
+  // Each parameter's fraction of draws below the truth.
+  REQUIRE(one.below.size() == some_parameters().size());
+  for (std::size_t p = 0; p < one.below.size(); ++p) {
+    int below = 0;
+    for (const posterior::State& state : drawn.states()) below += state.parameters[p] < some_parameters()[p] ? 1 : 0;
+    CHECK(one.below[p] == static_cast<double>(below) / drawn.draws());
+  }
 }
 
 TEST_CASE("calibration_by: three parts of equal size, in the key's order; a network's errors stand beside") {

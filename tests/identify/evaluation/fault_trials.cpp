@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "identify/evaluation/faults.hpp"
+
 namespace decid {
 namespace {
 
@@ -118,6 +120,18 @@ TEST_CASE("artefacts that a protocol cannot have are named") {
   CHECK_FALSE(impossible(slow, {"low_pass_hz", 25.0}).empty());
   CHECK_FALSE(impossible(slow, {"lost_s", 0.005}).empty());
   CHECK(impossible(slow, {"offset_deg", 1.0}).empty());
+}
+
+// Slow: 46 rows of simulated trials, each explained by 33 others.
+TEST_CASE("a study of faults counts the trials with a warning" * doctest::test_suite("slow")) {
+  const FaultStudy study = study_faults(built_in_model(), 0.02, 2, 2035, [](const std::string&) {});
+  CHECK(study.rows.size() + study.notes.size() == all_faults().size());
+  for (const FaultFigures& row : study.rows) {
+    CAPTURE(row.fault.text);
+    CHECK((row.warned == 0.0 || row.warned == 0.5 || row.warned == 1.0));
+    if (row.fault.name == "none") CHECK(row.warned <= 0.5);
+    if (row.fault.name == "upside_down") CHECK(row.warned == 1.0);
+  }
 }
 
 }  // namespace decid

@@ -282,20 +282,34 @@ TEST_CASE("the gain of predicting by the tilt: 12 without a response, large also
   double sum = 0.0;
   int above = 0;
   for (std::uint64_t i = 0; i < 200; ++i) {
-    const double gain = check.prediction_gain(sway_of(i, 0.0));
+    const double gain = check.prediction_of(sway_of(i, 0.0)).gain;
     sum += gain;
     above += gain > 25.0 ? 1 : 0;
   }
   CHECK(test::within(sum / 200.0, 12.0, 1.5));
   CHECK(above <= 10);  // 11 or more with a probability of 0.03%
   std::vector<double> rings = sway_of(0, 0.05);
-  const double forwards = check.prediction_gain(rings);
+  const double forwards = check.prediction_of(rings).gain;
   CHECK(forwards > 300.0);
-  CHECK(check.prediction_gain(rings, 2.0) < 0.5 * forwards);
+  CHECK(check.prediction_of(rings, 2.0).gain < 0.5 * forwards);
   std::ranges::reverse(rings);
-  CHECK(check.prediction_gain(rings) < 0.2 * forwards);
-  CHECK(check.prediction_gain(std::vector<double>(samples, 0.1)) == 0.0);
-  CHECK(ResponseCheck(std::vector<double>(3000, 0.1), 100.0).prediction_gain(std::vector<double>(3000, 0.1)) == 0.0);
+  CHECK(check.prediction_of(rings).gain < 0.2 * forwards);
+  // A clock that runs 0.2% too slowly or too fast.
+  const std::vector<double> right = sway_of(1, 0.5);
+  CHECK(check.prediction_of(right).clock_gain < 14.0);
+  for (const double error : {0.002, -0.002}) {
+    std::vector<double> stretched(samples);
+    for (std::size_t k = 0; k < samples; ++k) {
+      const double at = std::min((1.0 + error) * static_cast<double>(k), static_cast<double>(samples - 2));
+      const auto before = static_cast<std::size_t>(at);
+      stretched[k] = std::lerp(right[before], right[before + 1], at - std::floor(at));
+    }
+    const Prediction found = check.prediction_of(stretched);
+    CHECK(found.clock_gain > 50.0);
+    CHECK(test::within(found.clock_error, error, 0.0012));
+  }
+  CHECK(check.prediction_of(std::vector<double>(samples, 0.1)).gain == 0.0);
+  CHECK(ResponseCheck(std::vector<double>(3000, 0.1), 100.0).prediction_of(std::vector<double>(3000, 0.1)).gain == 0.0);
 }
 
 TEST_CASE("a recording that starts late or early throughout is no slip") {

@@ -87,7 +87,7 @@ TEST_CASE("the order of time: of three controllers and other stimuli, and not ju
       if (!simulator.run(table.simulable(parameters), Random(17, sim::streams::vestibular_noise, i), sway).valid)
         continue;
       for (int& backwards : count) {
-        backwards += look_for_reversed_time(sway, of.response().prediction_gain(sway), of).empty() ? 0 : 1;
+        backwards += look_for_reversed_time(sway, of.response().prediction_of(sway).gain, of).empty() ? 0 : 1;
         std::ranges::reverse(sway);
       }
     }
