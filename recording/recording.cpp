@@ -274,7 +274,7 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
   const double peak_to_peak_deg = (*high - *low) / sim::rad_per_deg;
   if (*low == *high) {
     throw Error(Code::value_invalid, where(recording),
-                sway.column + " is constant, " + three_digits(*high / sim::rad_per_deg) + " degrees",
+                sway.column + " is constant, " + three_digits(*high / sim::rad_per_deg + 0.0) + " degrees",
                 either(recording, "give samples of sway", "name the sway column with " + setting("column")));
   }
   if (peak_deg > max_deg) {
@@ -360,7 +360,8 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   const auto numbers_of = [&](int column, std::size_t step) {
     return read_numbers(table, column, options.missing_value, step);
   };
-  const auto separate = known ? known : std::make_shared<const SeparateRows>(*read, source.columns, time, numbers_of);
+  const auto separate =
+      known ? known : std::make_shared<const SeparateRows>(*read, source.columns, time, numbers_of, file);
   if (options.rate_hz && separate->rows() > 0)
     throw Error(Code::times_uneven, recording.file,
                 "rows without " + table.name(sway) + " hold values of other signals, so one rate does not fit all rows",
@@ -406,6 +407,10 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
                 "name its column with " + setting("tilt_column"));
   if (options.column.empty() && options.ankle_column.empty() && source.columns.size() == 1) {
     for (const int column : axes_beside(table, sway, time)) {
+      if (separate->has(column)) {
+        recording.axis_problem += "; '" + table.name(column) + "' has rows of its own, and is read only if you name it";
+        continue;
+      }
       RecordingOptions of_axis = options;
       of_axis.column = table.name(column);
       try {
