@@ -57,7 +57,7 @@ TrainingSettings settings_from(const TrainOptions& options) {
   preset.schedule = options.schedule.value_or(preset.schedule);
   nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // reports a wrong one before the work, not after
   preset.head = options.head.value_or(preset.head);
-  settings.head = &head_named(preset.head, "--head");
+  settings.head = &chosen_head(preset.head, "--head");
   settings.seed = options.seed;
   settings.patience = options.patience;
   settings.average = options.average;
@@ -90,7 +90,10 @@ std::string part_text(const TrainingState& state) {
 std::optional<FinishedTraining> begun(const TrainFiles& files, TrainingRequest request) {
   const bool finished = std::filesystem::exists(files.model);
   const bool has_epoch = std::filesystem::exists(files.checkpoint), has_part = std::filesystem::exists(files.stopped);
-  if (has_epoch || has_part || (request.more_epochs && !finished)) {
+  if (request.more_epochs && !finished && !has_epoch && !has_part)
+    throw Error(Code::file_missing, "--resume", "finds neither " + files.checkpoint + " nor " + files.model,
+                "leave --resume out to begin the training, or give the --output that it had");
+  if (has_epoch || has_part) {
     FinishedTraining unfinished{load_checkpoint(!has_epoch && has_part ? files.stopped : files.checkpoint, request),
                                 false};
     TrainingState& state = unfinished.state;
