@@ -29,8 +29,8 @@ class ResponseCheck {
     /// slip_gain is the number of samples times the relative decrease of the residual, or 0.
     double slip_gain = 0.0, slip_s = 0.0, slip_at_s = 0.0;
     double shift_gain = 0.0, shift_s = 0.0;  ///< the same improvement if the whole sway is shift_s earlier
-    /// How much later than a body the sway begins to respond, so that the recording starts early; 0 below 0.3 s, and
-    /// for a small response.
+    /// How much later than a body the sway begins to respond, so that the recording starts early; 0 below 0.3 s, or
+    /// 0.6 s for a tilt of few sines, always for a single sine, and for a small response.
     double early_s = 0.0;
     /// The same improvement without any response from rest_begin_s to rest_end_s, one of which is an end of the trial.
     /// Below 0, thus 0, for a sway that follows the tilt throughout.
