@@ -31,10 +31,10 @@ constexpr double dead_gain = 60.0;
 constexpr double inferable_start_s = 0.6;  ///< a fit infers up to 0.5 s; starts are found in steps of 0.2 s
 /// Passive stiffness and damping show in the second block. Without them the active torque shows after its delay.
 constexpr std::size_t passive_dead = 1, active_dead = 3, max_passive_dead = 3, max_active_dead = 5;
-/// Of a tilt whose values determine its later ones, a sum of few sines, a later response is nearly an earlier one. Of
-/// 60 sound simulated recordings for each of three such tilts, 49 to 54 then seem to begin 0.3 s or more early, 0 to 8
-/// of them 0.6 s or more. Of a single sine every response is.
-constexpr std::size_t more_dead = 3;
+/// If a tilt's values determine its later ones, as those of few sines do, a later response is nearly an earlier one: of
+/// 60 sound simulated recordings for each of three such tilts, 0 to 6 seem to begin 0.5 s or more early.
+constexpr std::size_t more_dead = 2;
+constexpr double ridge = 1e-3;            ///< of the response to such a tilt
 constexpr double determined_part = 1e-3;  ///< of the tilt's variance that its earlier values leave
 constexpr double movement_deg = 0.3, movement_deviations = 8.0;
 constexpr double around_s = 1.0;  ///< what a user empties on both sides of a movement, together
@@ -121,8 +121,10 @@ struct Rest {
   Filter a;
 };
 
-/// `shifted`: `rest` plus the blocks by which the tilt is read later.
-Rest fit_response(const std::vector<double>& sway, const std::vector<double>& tilt, std::size_t shifted = rest) {
+/// `shifted`: `rest` plus the blocks by which the tilt is read later. is_determined: the tilt's values determine its
+/// later ones, so that noise would determine the response where the tilt begins to move.
+Rest fit_response(const std::vector<double>& sway, const std::vector<double>& tilt, bool is_determined,
+                  std::size_t shifted = rest) {
   Rest found{sway, {0.9}};
   for (int round = 0; round < rounds; ++round) {
     const std::vector<double> y = whitened(sway, found.a), u = whitened(tilt, found.a);
@@ -133,6 +135,8 @@ Rest fit_response(const std::vector<double>& sway, const std::vector<double>& ti
       add_products(row, left);
       add_products(row, y[k], h);
     }
+    if (is_determined)
+      for (std::size_t i = 0; i < unknowns; ++i) left[i][i] *= 1.0 + ridge;
     solve(left, h);
     for (std::size_t k = 0; k < sway.size(); ++k) {
       const Row row = row_of(tilt, 1.0, k + shifted);
@@ -342,11 +346,9 @@ ResponseCheck::ResponseCheck(std::span<const double> tilt_rad, double rate_hz, b
   const std::vector<double> means = block_means(tilt_rad, block_);
   tilt_.insert(tilt_.end(), means.begin(), means.end());
   tilt_.resize(tilt_.size() + max_slip, 0.0);
-  if (is_determined<2>(tilt_, max_dead_ + 1)) {
-    max_dead_ = max_searched_dead;
-  } else if (is_determined<taps>(tilt_, max_dead_ + 1)) {
-    max_dead_ += more_dead;
-  }
+  is_sine_ = is_determined<2>(tilt_, max_dead_ + 1);
+  is_determined_ = is_sine_ || is_determined<taps>(tilt_, max_dead_ + 1);
+  if (is_determined_) max_dead_ += more_dead;
 }
 
 bool ResponseCheck::is_short() const {
@@ -360,7 +362,7 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
   double mean = 0.0;
   for (const double value : sway) mean += value / static_cast<double>(blocks_);
   for (double& value : sway) value -= mean;
-  const Rest fit = fit_response(sway, tilt_);
+  const Rest fit = fit_response(sway, tilt_, is_determined_);
 
   std::vector<bool> is_measured(gaps.empty() ? 0 : blocks_, true);
   for (const SampleRange& gap : gaps)
@@ -376,6 +378,7 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
   const double typical = median(std::move(innovations));
   found.medians = typical > 0.0 ? found.innovation_rad / typical : 0.0;
 
+  if (is_sine_) return found;
   const std::vector<double> y = whitened(sway, fit.a), u = whitened(tilt_, fit.a);
   const Slips slips(y, u, constant_of(fit.a));
   const double plain = slips.without();
@@ -423,7 +426,8 @@ ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signa
   if (std::ranges::all_of(signal, [](double value) { return std::abs(value) < rounding_rad; })) return {};
   constexpr auto max_shift = static_cast<double>(max_slip);
   const double shift = std::clamp(std::round(shift_s / step_s_), -max_shift, max_shift);
-  const Rest fit = fit_response(signal, tilt_, static_cast<std::size_t>(static_cast<double>(rest) + shift));
+  const Rest fit =
+      fit_response(signal, tilt_, is_determined_, static_cast<std::size_t>(static_cast<double>(rest) + shift));
   std::vector<double> response(signal.size());
   for (std::size_t k = 0; k < signal.size(); ++k) response[k] = signal[k] - fit.noise[k];
   subtract_mean(response);

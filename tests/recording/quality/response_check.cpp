@@ -321,7 +321,7 @@ TEST_CASE("a tilt of one to three sines, at which a later response is nearly an 
     const sim::Simulator simulated(protocol);
     const ProtocolPlan its_plan(protocol);
     const ResponseCheck& response = its_plan.response();
-    int wrong = 0, found = 0;
+    int wrong = 0, found = 0, off = 0, staggers = 0;
     for (std::uint64_t i = 0; i < 20; ++i) {
       sim::Parameters parameters = protocol.parameters().middle();
       const Random random(3, sim::streams::sensor_noise, i);
@@ -331,11 +331,22 @@ TEST_CASE("a tilt of one to three sines, at which a later response is nearly an 
       REQUIRE(simulated.run(parameters, Random(7, sim::streams::vestibular_noise, i), values).valid);
       for (std::size_t k = 0; k < values.size(); ++k) values[k] += 0.01 * sim::rad_per_deg * random.normal(k + 1);
       wrong += response.check(values).early_s > 0.0 ? 1 : 0;
+      const auto is_off = [&](const std::vector<double>& one) {
+        const Changes changes = look_for_changes(response, one, {}, {});
+        return test::has(changes.warnings, "stretch_off") || test::has(changes.warnings, "unusual_movement");
+      };
+      off += is_off(values) ? 1 : 0;
+      std::vector<double> staggered = values;
+      for (std::size_t k = 2900; k < 3020; ++k)
+        staggered[k] += 1.5 * sim::rad_per_deg * std::sin(sim::pi * static_cast<double>(k - 2900) / 120.0);
+      staggers += is_off(staggered) ? 1 : 0;
       values.insert(values.begin(), 80, values.front());
       values.resize(values.size() - 80);
       found += response.check(values).early_s > 0.0 ? 1 : 0;
     }
     CHECK(wrong <= 1);
     CHECK(found >= (sines == 1 ? 0 : 15));
+    CHECK(off == 0);
+    CHECK(staggers >= 19);
   }
 }
