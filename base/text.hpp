@@ -28,6 +28,9 @@ std::string joined(const Range& range, std::string_view separator, TextOf text_o
 /// Returns text with small letters instead of A to Z.
 std::string lower_case(std::string text);
 
+/// Returns how many letters differ between two texts: changed, missing or added ones.
+std::size_t count_edits(const std::string& a, const std::string& b);
+
 /// Formats seconds for users, rounded up: "42 s", "3 min 20 s", "1 h 12 min".
 std::string duration_text(double seconds);
 

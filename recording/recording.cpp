@@ -145,7 +145,8 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   const auto numbers_of = [&](int column, std::size_t step) {
     return read_numbers(table, column, options.missing_value, step);
   };
-  const auto separate = known ? known : std::make_shared<const SeparateRows>(*read, source.columns, time, numbers_of);
+  const auto separate =
+      known ? known : std::make_shared<const SeparateRows>(*read, source.columns, time, numbers_of, file);
   if (options.rate_hz && separate->rows() > 0)
     throw Error(Code::times_uneven, recording.file,
                 "rows without " + table.name(sway) + " hold values of other signals, so one rate does not fit all rows",
@@ -182,6 +183,10 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   read_any_tilt(table, time, source, with_missing, options, recording);
   if (options.column.empty() && options.ankle_column.empty() && source.columns.size() == 1) {
     for (const int column : axes_beside(table, sway, time)) {
+      if (separate->has(column)) {
+        recording.axis_problem += "; '" + table.name(column) + "' has rows of its own, and is read only if you name it";
+        continue;
+      }
       RecordingOptions of_axis = options;
       of_axis.column = table.name(column);
       try {

@@ -159,7 +159,10 @@ class Builder {
 }  // namespace
 
 Json parse_json(std::string_view text, const std::string& where) {
-  Builder builder(where, check_depth(text, where));
+  // Brackets count only in JSON: the parser refuses other files, such as an archive, at their first byte.
+  const std::size_t begin = text.find_first_not_of("\xEF\xBB\xBF \t\r\n");
+  const bool may_nest = begin != text.npos && (text[begin] == '{' || text[begin] == '[');
+  Builder builder(where, may_nest ? check_depth(text, where) : std::vector<std::uint32_t>());
   Json::sax_parse(text, &builder);
   return builder.take();
 }
@@ -216,8 +219,26 @@ const Json* JsonObject::find(const char* key) {
   return found == json_.end() ? nullptr : &*found;
 }
 
+std::string JsonObject::meant_key(const std::string& key) const {
+  if (key.size() > max_shown) return {};
+  const std::string given = lower_case(key);
+  const auto is_part = [&](const std::string& known) {  // 'sensor_noise' and 'rate_hz' lack a unit and a word
+    return known.starts_with(given + "_") || known.ends_with("_" + given);
+  };
+  const auto may_misspell = [&](const std::string& known) {
+    return count_edits(given, known) <= std::min<std::size_t>(2, std::max(given.size(), known.size()) / 3);
+  };
+  auto found = std::ranges::find_if(known_, is_part);
+  if (found == known_.end()) found = std::ranges::find_if(known_, may_misspell);
+  return found == known_.end() ? std::string() : *found;
+}
+
 const Json& JsonObject::require(const char* key) {
   if (const Json* json = find(key)) return *json;
+  for (const auto& [given, value] : json_.items())
+    if (std::string_view(key).starts_with(given + "_"))
+      throw Error(Code::setting_missing, where_, full_name(key) + " is missing",
+                  "add it, or call " + full_name(given) + " so if that is meant");
   throw Error(Code::setting_missing, where_, full_name(key) + " is missing", "add it");
 }
 
@@ -263,11 +284,15 @@ void JsonObject::read(const char* key, std::vector<std::string>& value) {
   read_as(key, value, list_of(is_text), "a list of texts");
 }
 
-void JsonObject::finish() const {
+void JsonObject::finish(const PlaceOf& place_of) const {
   for (const auto& [key, value] : json_.items()) {
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
+    const std::string place = place_of ? place_of(key) : std::string(), meant = place.empty() ? meant_key(key) : "";
     throw Error(Code::setting_unknown, where_, "unknown key " + full_name(shortened(key, max_shown)),
-                "the keys here are " + joined(known_, ", "));
+                (!place.empty()   ? "move it into " + place + "; "
+                 : !meant.empty() ? "call it '" + meant + "' if that is meant; "
+                                  : std::string()) +
+                    "the keys here are " + joined(known_, ", "));
   }
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -63,14 +64,18 @@ class JsonObject {
   void read(const char* key, std::vector<double>& value);
   void read(const char* key, std::vector<std::string>& value);
 
-  /// Throws Error naming the first key that was not requested.
-  void finish() const;
+  /// Returns the place in the file to which a key of another object belongs, 'sequence'; empty if there is none.
+  using PlaceOf = std::function<std::string(const std::string& key)>;
+  /// Throws Error naming the first key that was not requested, with its place or the key that may be meant.
+  void finish(const PlaceOf& place_of = {}) const;
 
   /// Throws Error: `key` should have been `expected` ("a number").
   [[noreturn]] void wrong_type(const char* key, const std::string& expected) const;
 
  private:
   std::string full_name(std::string_view key) const;
+  /// Returns the requested key that an unknown one may misspell; empty if there is none.
+  std::string meant_key(const std::string& key) const;
   template <class Value, class IsValue>
   void read_as(const char* key, Value& value, const IsValue& is_value, const char* expected);
 

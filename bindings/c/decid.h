@@ -195,7 +195,8 @@ typedef struct decid_read_options {
   const char *leg_column, *trunk_column;    /* angles in space */
   const char *hip_column, *shoulder_column; /* positions */
   const char* ankle_column;                 /* positions count from it; NULL: their means are upright */
-  /* The table to read in a text file of several, by its name or its number from 1; not with skip_lines. */
+  /* The table to read in a text file of several, by its name or its number from 1, or the sheet of a workbook by its
+   * name; not with skip_lines. */
   const char* section;
   /* Where a file holds several recordings (docs/guide/recordings.md#several-recordings-in-one-file): the column that
      distinguishes them, several separated by commas, or an array of a MAT-file; "none": all rows are one recording;

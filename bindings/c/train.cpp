@@ -37,7 +37,7 @@ decid::TrainingSettings settings_of(const decid_train_options& asked, const deci
   decid::nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // throws for a wrong schedule before the work
   preset.image = asked.image != nullptr ? decid::dataset::image_settings_from_json(asked.image, "image")
                                         : decid::image_for(preset, source.protocol());
-  settings.head = &decid::head_named(preset.head, "head");
+  settings.head = &decid::chosen_head(preset.head, "head");
   settings.seed = asked.seed;
   settings.patience = asked.patience;
   settings.scaling_trials = stream ? 2000 : 0;

@@ -14,7 +14,7 @@
 %   "missing"                 a number that marks a missing value, in addition to the usual ones
 %   "skip_lines"              lines of a text file above its table; otherwise found
 %   "invert_sway", "invert_tilt"   true: positive against the protocol's direction
-%   "section"                 of a text file that holds several tables, by name, or a number in quotes from 1
+%   "section"                 of a text file that holds several tables, by name, or a number in quotes from 1; a sheet by its name
 %   "trial_column", "trial"   for a file of several recordings: the column that distinguishes them, and the recording to read
 %                             (decid_trial_names); trial_column "none": all rows are one recording
 %

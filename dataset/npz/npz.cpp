@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <memory>
 #include <new>
 #include <numeric>
+#include <system_error>
 
 #include "base/error.hpp"
 #include "base/files/disk_file.hpp"
@@ -52,6 +54,8 @@ Archive open_archive(const std::string& path, int flags, const std::string& wher
   if (code == ZIP_ER_NOENT)
     throw Error(Code::file_missing, where, "cannot be opened: No such file or directory",
                 "check the name and the permissions of the file");
+  if (std::error_code none; std::filesystem::is_directory(path, none))
+    throw Error(Code::file_unreadable, where, "is a folder", "give the name of a file");
   throw Error(Code::file_damaged, where, "cannot be opened as an .npz file: " + problem,
               "give a data set made by decid dataset; a download or copy may be truncated");
 }

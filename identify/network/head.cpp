@@ -128,10 +128,25 @@ const Head& point_head() {
   return head;
 }
 
-const Head& head_named(const std::string& name, const std::string& where) {
-  if (name == point_head().name()) return point_head();
+namespace {
+
+const Head* find_head(const std::string& name) {
+  if (name == point_head().name()) return &point_head();
   for (int n = 1; n <= max_components; ++n)
-    if (name == mixture_head(n).name()) return mixture_head(n);
+    if (name == mixture_head(n).name()) return &mixture_head(n);
+  return nullptr;
+}
+
+}  // namespace
+
+const Head& chosen_head(const std::string& name, const std::string& where) {
+  if (const Head* head = find_head(name)) return *head;
+  throw Error(Code::setting_unknown, where, "is '" + name + "'",
+              "give point, or mixture N with 1 to " + std::to_string(max_components) + " for N, such as 'mixture 2'");
+}
+
+const Head& head_named(const std::string& name, const std::string& where) {
+  if (const Head* head = find_head(name)) return *head;
   throw Error(Code::file_unsupported, where, "has outputs of the kind '" + name + "', which this program does not know",
               "use the decid that wrote it");
 }

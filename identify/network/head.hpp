@@ -64,6 +64,8 @@ const Head& point_head();
 /// that its range is +-sqrt(3). The point estimate is the mean. Throws Error for another number.
 const Head& mixture_head(int components);
 
+/// Returns the head of that name. Throws Error for a name that no head has; `where` names the setting.
+const Head& chosen_head(const std::string& name, const std::string& where);
 /// Returns the head of that name. Throws Error for a name that no head has; `where` names the model.
 const Head& head_named(const std::string& name, const std::string& where);
 

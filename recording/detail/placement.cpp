@@ -94,13 +94,26 @@ std::string to_write(const sim::Protocol& protocol) {
   return "copy its protocol's file";
 }
 
+namespace {
+
+/// Returns how many whole cycles lie between two times after the protocol's start.
+int whole_cycles(const sim::Experiment& experiment, double first_s, double last_s) {
+  const auto cycle_at = [&](double at_s) { return (at_s - experiment.lead_in_s()) / experiment.cycle_s(); };
+  const double first = std::max(std::ceil(cycle_at(first_s) - 1e-9), 0.0);
+  const double last = std::min(std::floor(cycle_at(last_s) + 1e-9), static_cast<double>(experiment.cycles()));
+  return static_cast<int>(std::max(last - first, 0.0));
+}
+
+}  // namespace
+
 void refuse_length(const Recording& recording, const sim::Protocol& protocol, std::optional<double> known_start_s) {
   const double start_s = known_start_s.value_or(0.0);
   const auto needed = static_cast<std::size_t>(protocol.samples());
   const double left_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz - std::max(start_s, 0.0);
   const int cycles = protocol.experiment.cycles();
-  const int whole = std::min(
-      cycles, static_cast<int>((left_s - protocol.experiment.lead_in_s()) / protocol.experiment.cycle_s() + 1e-9));
+  const double first_s = std::max(-start_s, 0.0);  // of the protocol that was recorded, and its end
+  const double last_s = std::min(first_s + left_s, protocol.duration_s());
+  const int whole = whole_cycles(protocol.experiment, first_s, last_s);
   std::string problem = "recording has " + count_at(recording.signals.samples(), recording.rate_hz);
   if (start_s < 0.0) problem += ", which begin " + six_digits(-start_s) + " s after the protocol";
   if (start_s > 0.0) problem += ", " + six_digits(left_s) + " s of them after the start";
@@ -108,23 +121,32 @@ void refuse_length(const Recording& recording, const sim::Protocol& protocol, st
       "; the model's protocol '" + protocol.name + "' needs " + count_at(needed, protocol.experiment.sample_rate_hz);
   std::string remedy = "give whole trials of the protocol, or use your own model";
   if (in_memory(recording)) throw Error(Code::recording_too_short, where(recording), problem, remedy);
+  const double missing_s = protocol.duration_s() - last_s, sample_s = 1.0 / recording.rate_hz;
+  std::string lacking = first_s > sample_s ? "lacks the first " + milliseconds(first_s) + " s" : std::string();
+  if (known_start_s && missing_s > sample_s)
+    lacking += (lacking.empty() ? "lacks the last " : " and the last ") + milliseconds(missing_s) + " s";
+  if (lacking.empty()) lacking = "is " + six_digits(protocol.duration_s() - left_s) + " s too short";
   if (whole >= 1 && whole < cycles) {
-    const std::string short_s = six_digits(protocol.duration_s() - left_s) + " s";
-    const std::string verb = start_s < 0.0   ? "has"
-                             : known_start_s ? "lacks the last " + short_s + ", and has"
-                                             : "is " + short_s + " too short, and has";
-    problem += "; the recording " + verb + " only " + std::to_string(whole) + " of its " + std::to_string(cycles) +
-               " whole cycles";
-    const double unused_s = left_s - protocol.duration_s() + (cycles - whole) * protocol.experiment.cycle_s();
+    problem += "; the recording " + lacking + ", and has only " + std::to_string(whole) + " of its " +
+               std::to_string(cycles) + " whole cycles";
+    const double unused_s = last_s - first_s - protocol.duration_s() + (cycles - whole) * protocol.experiment.cycle_s();
     if (unused_s > 1.0 / recording.rate_hz) problem += "; the other " + six_digits(unused_s) + " s would not be used";
     remedy = "give " + setting("rate") + " if the time column is wrong; or repeat the trial in full; or " +
              to_write(protocol) + ", set its cycles to " + std::to_string(whole) +
              ", give it a new name, and use it as " + setting("protocol") + " of a fit, or of a training with " +
              setting("stream") + " for your own model";
+  } else if (known_start_s && whole == 0 && cycles > 1) {
+    problem +=
+        "; the recording " + lacking + ", and has none of the protocol's " + std::to_string(cycles) + " cycles whole";
+    remedy = "repeat the trial in full, or give " + setting("rate") + " if the time column is wrong";
   } else {
     remedy = "fit it with its own " + setting("protocol") + ", or train a model for that protocol (" +
              setting("stream") + ") and give it as " + setting("model") + "; or give " + setting("rate") +
              " if the time column is wrong";
+    // Minutes are the only unit of times that gives a plausible rate.
+    const double in_minutes_s = 60.0 * static_cast<double>(recording.signals.samples()) / recording.rate_hz;
+    if (std::abs(in_minutes_s - protocol.duration_s()) < 0.1 * protocol.duration_s())
+      remedy = "if its times are in minutes, name their column time_min; else " + remedy;
   }
   throw Error(Code::recording_too_short, where(recording), problem, remedy);
 }

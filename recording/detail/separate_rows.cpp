@@ -27,9 +27,25 @@ bool is_signal(const std::vector<double>& time, const std::vector<double>& value
          static_cast<double>(shared) <= max_shared * static_cast<double>(time.size());
 }
 
+/// Throws Error if the sway has several columns, each with values in rows of its own: few rows then have them all.
+void refuse_rows_of_each(const Table& table, const std::vector<int>& sway, const SeparateRows::Read& read,
+                         std::size_t common, const std::string& file) {
+  if (sway.size() < 2) return;
+  std::string names;
+  for (const int column : sway) {
+    const auto values =
+        static_cast<double>(std::ranges::count_if(read(column, 1), [](double value) { return std::isfinite(value); }));
+    if (values < min_values || static_cast<double>(common) > (1.0 - nearly) * values) return;
+    names += (names.empty() ? "" : ", ") + table.name(column);
+  }
+  throw Error(Code::times_uneven, file, "values of " + names + " are in different rows, as in a log of several sensors",
+              "save all of them at the same times, one row per time");
+}
+
 }  // namespace
 
-SeparateRows::SeparateRows(Table& table, const std::vector<int>& sway, int time, const Read& read) {
+SeparateRows::SeparateRows(Table& table, const std::vector<int>& sway, int time, const Read& read,
+                           const std::string& file) {
   if (time < 0) return;
   const std::size_t rows = table.rows(time);
   if (std::ranges::any_of(sway, [&](int column) { return table.rows(column) != rows; })) return;
@@ -47,6 +63,7 @@ SeparateRows::SeparateRows(Table& table, const std::vector<int>& sway, int time,
   std::vector<std::size_t> kept;
   for (std::size_t row = 0; row < rows; ++row)
     if (has_sway[row]) kept.push_back(row);
+  refuse_rows_of_each(table, sway, read, kept.size(), file);
   const auto others = static_cast<double>(rows - kept.size());
   if (others < min_other * static_cast<double>(rows) || kept.size() < min_values) return;
 

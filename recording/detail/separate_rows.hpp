@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <functional>
 #include <map>
+#include <string>
 #include <vector>
 
 #include "recording/detail/clock.hpp"
@@ -20,8 +21,9 @@ class SeparateRows {
 
   /// Keeps of `table` the rows in which the columns `sway` have numbers, if nearly each other row has one of a column
   /// that is empty in the sway's rows, changes and has times of its own, and the sway lacks a number in a twentieth of
-  /// the rows or more. Otherwise changes nothing. `time`: the column of the times.
-  SeparateRows(Table& table, const std::vector<int>& sway, int time, const Read& read);
+  /// the rows or more. Otherwise changes nothing. `time`: the column of the times. Throws Error, naming `file`, if the
+  /// sway's columns have values in different rows.
+  SeparateRows(Table& table, const std::vector<int>& sway, int time, const Read& read, const std::string& file);
 
   bool has(int column) const { return signals_.contains(column); }
   std::size_t rows() const { return rows_; }  ///< that were not kept; 0: nothing changed

@@ -9,6 +9,8 @@
 
 #include "base/error.hpp"
 #include "base/number.hpp"
+#include "base/setting.hpp"
+#include "base/text.hpp"
 #include "recording/formats/detail/xml_scanner.hpp"
 #include "recording/formats/detail/zip_member.hpp"
 #include "recording/table/detail/sections.hpp"
@@ -210,7 +212,7 @@ void refuse_without_table(const std::vector<std::pair<std::string, std::string>>
   if (!list.empty())
     throw Error(Code::file_empty, where,
                 "has no table in its first sheet '" + sheets[0].first + "'; tables are in " + list,
-                "move the recording's sheet to the front, or save it as CSV");
+                "move the table's sheet to the front, or name a recording's sheet with " + setting("section"));
 }
 
 }  // namespace
@@ -219,24 +221,32 @@ bool is_xlsx(std::string_view bytes) {
   return bytes.starts_with("PK\x03\x04") && bytes.find(workbook_part) != bytes.npos;
 }
 
-Sheet read_xlsx(std::string_view bytes, const std::string& where) {
+Sheet read_xlsx(std::string_view bytes, const std::string& where, const std::string& name) {
   ZipMembers members(bytes, where);
   const auto sheets = visible_sheets(members, where);
   if (sheets.empty()) refuse_workbook(where, "it has no sheet");
   const Parts parts = read_parts(members, where);
-  const auto part = parts.by_id.find(sheets.front().second);
-  if (part == parts.by_id.end()) refuse_workbook(where, "its first sheet is missing");
+  Sheet sheet;
+  for (const auto& one : sheets) sheet.sheets.push_back(one.first);
+  const auto named =
+      std::ranges::find_if(sheets, [&](const auto& one) { return lower_case(one.first) == lower_case(name); });
+  sheet.is_named = !name.empty() && named != sheets.end();
+  const auto& [title, id] = sheet.is_named ? *named : sheets.front();
+  const std::string which = sheet.is_named ? "sheet '" + title + "'" : "first sheet";
+  const auto part = parts.by_id.find(id);
+  if (part == parts.by_id.end()) refuse_workbook(where, "its " + which + " is missing");
   const std::vector<std::string> shared = read_shared_strings(members, parts.shared_strings, where);
   const auto read = [&](const std::string& part_name) {
     const std::string xml = members.read(part_name);
     return SheetReader(xml, shared, where).read();
   };
-  Sheet first{read(part->second), {}};
-  for (const auto& [name, id] : sheets) first.sheets.push_back(name);
-  if (find_sections(first.text).empty()) refuse_without_table(sheets, parts, read, where);
-  if (first.text.find_first_not_of('\n') == first.text.npos)
-    throw Error(Code::file_empty, where, "has a first sheet without cells", "move the recording to the first sheet");
-  return first;
+  sheet.text = read(part->second);
+  if (!sheet.is_named && find_sections(sheet.text).empty()) refuse_without_table(sheets, parts, read, where);
+  if (sheet.text.find_first_not_of('\n') == sheet.text.npos)
+    throw Error(
+        Code::file_empty, where, "has a " + which + " without cells",
+        sheet.is_named ? "name another sheet with " + setting("section") : "move the recording to the first sheet");
+  return sheet;
 }
 
 }  // namespace decid::recording

@@ -2,6 +2,7 @@
 // Format: ECMA-376 part 1, section 18: a zip archive of XML.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,13 +14,15 @@ bool is_xlsx(std::string_view bytes);
 
 struct Sheet {
   std::string text;  ///< its table as text, as spreadsheets save it: cells between tabs, one line per row
-  std::vector<std::string> sheets;  ///< names of the sheets that are not hidden; the first one is read
+  std::vector<std::string> sheets;  ///< names of the sheets that are not hidden
+  bool is_named = false;            ///< the text is of the sheet that the caller named
 };
 
-/// Reads the first sheet that is not hidden. Keeps numbers as the workbook stores them, so dates and times are days.
-/// Writes true and false as TRUE and FALSE; errors (#N/A) and missing cells become empty. Line k is row k. Throws Error
-/// for a damaged or protected workbook, a first sheet without a table if another sheet has one, and a sheet without
-/// cells, of more than 1000 columns or of more than 64 MiB.
-Sheet read_xlsx(std::string_view bytes, const std::string& where);
+/// Reads the sheet of this name, in any letter case, or the first one that is not hidden if no sheet has it. Keeps
+/// numbers as the workbook stores them, so dates and times are days. Writes true and false as TRUE and FALSE; errors
+/// (#N/A) and missing cells become empty. Line k is row k. Throws Error for a damaged or protected workbook, an unnamed
+/// first sheet without a table if another sheet has one, and a sheet without cells, of more than 1000 columns or of
+/// more than 64 MiB.
+Sheet read_xlsx(std::string_view bytes, const std::string& where, const std::string& name = {});
 
 }  // namespace decid::recording

@@ -46,21 +46,26 @@ void refuse_text_options(const std::string& where, const std::string& is, std::o
                 "leave out " + setting("section"));
 }
 
-/// Reads the first sheet of a workbook with the rules for text.
+/// Reads a workbook's sheet with the rules for text: the sheet that `section` names, or the first one, of which
+/// `section` may then be a table.
 std::unique_ptr<Table> read_sheet(const std::string& bytes, const std::string& where, std::optional<int> skip_lines,
                                   const std::string& section) {
-  Sheet first = read_xlsx(bytes, where);
-  const std::vector<std::string>& names = first.sheets;
-  if (!section.empty() && std::find(names.begin(), names.end(), section) != names.end())
-    throw Error(Code::setting_conflict, where,
-                "is a workbook; decid reads only the first sheet that is not hidden: '" + names[0] + "'",
-                "leave out " + setting("section") + ", or save the sheet '" + section + "' as CSV");
+  Sheet sheet = read_xlsx(bytes, where, section);
+  const std::vector<std::string>& names = sheet.sheets;
+  const bool is_named = sheet.is_named;
   Warnings warnings;
-  if (names.size() > 1)
-    add_info(
-        warnings, "sheet_assumed",
-        "decid reads the sheet '" + names[0] + "', the first of " + std::to_string(names.size()) + " of the workbook");
-  return std::make_unique<CsvTable>(std::move(first.text), where, skip_lines, section, std::move(warnings));
+  if (names.size() > 1 && !is_named)
+    add_info(warnings, "sheet_assumed",
+             "decid reads the sheet '" + names[0] + "', the first of " + std::to_string(names.size()) +
+                 " of the workbook; " + setting("section") + " names another one");
+  try {
+    return std::make_unique<CsvTable>(std::move(sheet.text), where, skip_lines, is_named ? std::string() : section,
+                                      std::move(warnings));
+  } catch (const Error& error) {
+    if (section.empty() || is_named || names.size() == 1) throw;
+    throw Error(error.code(), error.where(),
+                error.problem() + "; the workbook's sheets are '" + joined(names, "', '") + "'", error.remedy());
+  }
 }
 
 }  // namespace

@@ -2,7 +2,10 @@
 // the keys.
 #include "sim/protocol/protocol_json.hpp"
 
+#include <algorithm>
 #include <array>
+#include <initializer_list>
+#include <string>
 
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
@@ -153,6 +156,29 @@ std::string to_json(const Protocol& protocol) {
 
 namespace {
 
+/// Returns the object to which a key of the outermost object belongs; empty if there is none.
+std::string place_of(const std::string& key, const Json& json) {
+  const auto is_one_of = [&](std::initializer_list<const char*> keys) {
+    return std::ranges::any_of(keys, [&](const char* one) { return key == one; });
+  };
+  if (is_one_of({"cycles", "lead_in_s", "lead_out_s"})) {
+    for (const char* kind : {"measured", "sines", "raised_cosines"})
+      if (json.contains(kind)) return "'" + std::string(kind) + "'";
+    return "'sequence'";
+  }
+  if (is_one_of({"feedback", "start", "state_s", "amplitude_deg", "offset_s"})) return "'sequence'";
+  if (is_one_of({"file", "column", "tilt_deg"})) return "'measured'";
+  if (key == "components") return "'sines'";
+  if (key == "moves") return "'raised_cosines'";
+  if (key == "cycle_s") return json.contains("raised_cosines") ? "'raised_cosines'" : "'sines'";
+  if (is_one_of({"participant", "com_height_m", "inertia_kgm2"})) return "'body'";
+  if (is_one_of({"mass_kg", "height_m"})) return "'body.participant'";
+  if (is_one_of({"scale_deg", "low_hz", "high_hz", "exponent", "period_s"})) return "'vestibular_noise'";
+  for (std::size_t c = 0; c < condition_count; ++c)
+    if (key == info(static_cast<Condition>(c)).key) return "'recording'";
+  return {};
+}
+
 Protocol read_protocol(const Json& json, const ProtocolText& source) {
   const std::string& where = source.where;
   const bool is_written_by_people = static_cast<bool>(source.read_tilt);
@@ -182,7 +208,7 @@ Protocol read_protocol(const Json& json, const ProtocolText& source) {
   if (const Json* part = object.find("body_heights"))
     read_range(object, "body_heights", *part, protocol.heights.low, protocol.heights.high);
   if (const Json* part = object.find("recording")) read_conditions(*part, where, protocol.conditions);
-  object.finish();
+  object.finish([&](const std::string& key) { return place_of(key, json); });
   try {
     protocol.experiment.validate(protocol.name);
     if (repeats_with_trial)

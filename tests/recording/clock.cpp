@@ -192,6 +192,12 @@ TEST_CASE("signals in rows of their own, as logs of several topics have them, ar
     CHECK_FALSE(has(whole.warnings, "separate_rows"));
     CHECK(whole.signals.at(com_sway).rad.size() == 1000);
   }
+  // Two parts of the sway need common rows.
+  std::string parts = "time,leg_deg,trunk_deg\n";
+  for (int k = 0; k < 300; ++k)
+    parts += format("%.2f,%.6f,\n%.3f,,%.6f\n", 0.01 * k, sway_at(0.01 * k), 0.01 * k + 0.005, sway_at(0.01 * k));
+  check_error([&] { read(parts, {.leg_column = "leg_deg", .trunk_column = "trunk_deg"}); }, Code::times_uneven,
+              "leg_deg, trunk_deg");
   // A signal in the sway's rows does not explain rows without sway.
   std::string text = "time,sway_deg,load\n";
   for (int k = 0; k < 300; ++k)

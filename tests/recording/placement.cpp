@@ -69,6 +69,38 @@ TEST_CASE("up to 0.1 s more or less at the end is a note, more is a caution") {
   CHECK(severity(12089, "samples_lacking") == Severity::caution);
 }
 
+TEST_CASE("a recording that lacks both ends has no whole cycle, and one that lacks the start has the second one") {
+  const sim::Protocol protocol = sim::default_protocol();
+  const std::vector<double> exact = prescribed_tilt(protocol);
+  const auto message = [&](std::ptrdiff_t before, std::ptrdiff_t after) {
+    const std::vector<double> tilt(exact.begin() + before, exact.end() - after);
+    Recording recording = of_length(tilt.size());
+    recording.file = "cut.csv";
+    recording.signals.add({platform_tilt, "tilt", tilt});
+    return message_of([&] { bring_to_protocol(recording, protocol); });
+  };
+  const std::string both = message(500, 300);
+  CHECK(contains(both, "lacks the first 5 s and the last 3 s"));
+  CHECK(contains(both, "none of the protocol's 2 cycles"));
+  CHECK_FALSE(contains(both, "set its cycles"));  // no part of it is a cycle from the protocol's start
+  const std::string begin = message(1000, 0);
+  CHECK(contains(begin, "lacks the first 10 s"));
+  CHECK(contains(begin, "set its cycles to 1"));
+  CHECK(contains(message(0, 1000), "set its cycles to 1"));
+}
+
+TEST_CASE("a recording that fits the protocol in minutes is asked for the unit of its times") {
+  const sim::Protocol protocol = sim::default_protocol();
+  const auto message = [&](double rate_hz) {
+    Recording recording = of_length(12100);
+    recording.file = "minutes.csv";
+    recording.rate_hz = rate_hz;
+    return message_of([&] { bring_to_protocol(recording, protocol); });
+  };
+  CHECK(contains(message(6000.0), "time_min"));
+  CHECK_FALSE(contains(message(1000.0), "time_min"));
+}
+
 TEST_CASE("times that begin before 0 are named with the start, and make it doubtful") {
   const sim::Protocol protocol = sim::default_protocol();
   const auto from = [&](int first, int samples, const TrialOptions& options = {}) {

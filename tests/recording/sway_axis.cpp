@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/math/random.hpp"
+#include "base/text.hpp"
 #include "recording/quality/detail/response_check.hpp"
 #include "sim/simulate.hpp"
 #include "sim/streams.hpp"
@@ -177,6 +178,21 @@ TEST_CASE("an axis that cannot be read is named, with a caution if no other one 
   }
   const std::vector<double> up(ap.size(), 950.0);
   CHECK_FALSE(has(brought(table(header, {across, up})).recording.warnings, "axis_assumed"));
+}
+
+TEST_CASE("an axis with rows of its own is not read, and is named") {
+  const std::vector<double> ap = forward(1), ml = lateral(ap.size());
+  const std::vector<double> along = millimetres(ap, 1.0, ml, 0.0), across = millimetres(ap, 0.0, ml, 1.0);
+  std::string text = "time,COM_x_mm,COM_y_mm\n";
+  for (std::size_t k = 0; k < ap.size(); ++k)
+    text += format("%.3f,%.4f,\n%.3f,,%.4f\n", 0.01 * static_cast<double>(k), across[k],
+                   0.01 * static_cast<double>(k) + 0.003, along[k]);
+  const Brought found = brought(text);
+  CHECK(found.column == "COM_x_mm");
+  const Warning* assumed = warning(found.recording.warnings, "axis_assumed");
+  REQUIRE(assumed != nullptr);
+  CHECK(contains(assumed->text, "'COM_y_mm' has rows of its own"));
+  CHECK(brought(text, {.column = "COM_y_mm", .com_height_m = 0.95}).column == "COM_y_mm");
 }
 
 TEST_CASE("axes that are turned against the tilt both follow it, which a caution says") {

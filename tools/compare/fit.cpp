@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "tools/compare/cmaes.hpp"
 #include "tools/compare/proposal.hpp"
@@ -202,8 +203,7 @@ long long min_simulations(std::size_t starts) {
 
 void check_budget(const Settings& settings, std::size_t starts) {
   if (settings.simulations < min_simulations(starts))
-    throw Error(Code::setting_out_of_range, "fit",
-                "a budget of " + std::to_string(settings.simulations) + " simulations",
+    throw Error(Code::setting_out_of_range, setting("simulations"), "is " + std::to_string(settings.simulations),
                 "allow " + std::to_string(min_simulations(starts)) + " or more for " +
                     counted(static_cast<long long>(starts), "start"));
 }

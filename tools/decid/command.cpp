@@ -182,9 +182,23 @@ sim::Protocol read_protocol(const std::string& name, bool quiet, std::vector<std
   return protocol;
 }
 
+void set_sensor_noise(sim::Protocol& protocol, const std::vector<double>& levels_deg) {
+  if (levels_deg.empty()) return;
+  const double low = levels_deg.front(), high = levels_deg.back();
+  const auto refuse = [](const std::string& problem, const std::string& remedy) {
+    throw Error(Code::setting_out_of_range, "--sensor-noise", problem, remedy);
+  };
+  for (const double level : levels_deg)
+    if (!(level >= 0.0 && level <= 90.0)) refuse(format("is %g degrees", level), "give 0 to 90");
+  if (low > high) refuse(format("is %g %g", low, high), format("give the smaller level first: %g %g", high, low));
+  if (low == 0.0 && high > 0.0)
+    refuse(format("is 0 %g, and levels are drawn log-uniformly", high), "give a smallest level above 0");
+  protocol.noise.sensor = {low, high};
+}
+
 sim::Protocol ProtocolOptions::load(bool quiet, std::vector<std::string>* files) const {
   sim::Protocol protocol = read_protocol(name, quiet, files, controller);
-  if (!sensor_noise_deg.empty()) protocol.noise.sensor = {sensor_noise_deg.front(), sensor_noise_deg.back()};
+  set_sensor_noise(protocol, sensor_noise_deg);
   protocol.validate();
   return protocol;
 }

@@ -36,6 +36,10 @@ void run_with(const Command& command, const std::shared_ptr<Options>& options, b
   });
 }
 
+/// Sets the measurement noise of --sensor-noise: one level, or a range; without levels it stays. Throws Error for a
+/// level below 0 or above 90 degrees, and for a range that does not rise or begins at 0.
+void set_sensor_noise(sim::Protocol& protocol, const std::vector<double>& levels_deg);
+
 /// The options --protocol and --sensor-noise of the commands that simulate many trials.
 struct ProtocolOptions {
   std::string name = "default", controller;  ///< controller: empty for the protocol's

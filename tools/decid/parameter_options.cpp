@@ -22,9 +22,10 @@ GivenParameters ParameterOptions::of(const sim::BodyModel& model) const {
   for (const auto& [option, value] : values_) {
     if (!value || std::ranges::count(model.parameters, option, &sim::ParameterInfo::option) > 0) continue;
     std::string names;
-    for (const sim::ParameterInfo& info : model.parameters) names += (names.empty() ? "--" : ", --") + info.option;
+    for (const sim::ParameterInfo& info : model.parameters)
+      if (values_.contains(info.option)) names += (names.empty() ? "--" : ", --") + info.option;
     throw Error(Code::setting_unknown, "--" + option, "is not a parameter of the controller " + model.name,
-                "its parameters are " + names);
+                "its parameters here are " + names);
   }
   GivenParameters given;
   for (const sim::ParameterInfo& info : model.parameters) {

@@ -161,7 +161,8 @@ void add_reading_options(const Command& command, RecordingFlags& flags) {
       .range(0, 1000000);
   command.add_option(
       "--section", flags.section,
-      "Read this table of a text file that holds several, by name or number from 1, for example Trajectories");
+      "Read this table of a text file that holds several, by name or number from 1, for example Trajectories, or this "
+      "sheet of a workbook, by name");
   command.add_option("--trial", flags.trial,
                      "Split a file into recordings by the values of this column, of several columns (subject,trial), "
                      "or by this MAT array; none: one recording per file; default: refuse files with several trials");

@@ -5,6 +5,7 @@ import json
 import math
 import os
 from dataclasses import dataclass, field
+from inspect import signature
 from typing import Any, Callable, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -121,7 +122,7 @@ def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] =
     column, tilt_column: a name, or a number from 1; None: found by name; tilt_column "none": no tilt is read.
     unit, tilt_unit: "deg", "rad" or "mrad"; None: from the column's name, else degrees.
     skip_lines: the number of lines above the table of a text file; None: found. section: the table to read in a text file
-    of several, by its name or its number from 1.
+    of several, by its name or its number from 1, or the sheet of a workbook by its name.
     trial_column: the column that distinguishes the recordings of a file, several joined by commas, or an array of a
     MAT-file; trial: the recording to read, a name of trial_names(). trial_column "none": all rows are one recording; None:
     files of several recordings are errors.
@@ -231,6 +232,9 @@ def _recording_of(recording: Union[Recording, Trials, Path, ArrayLike], rate: Op
         return recording if isinstance(recording, Recording) else Recording(recording.sway, recording.rate, "rad")
     if rate is None or unit is None:
         raise _error("setting_missing", "rate, unit", "samples do not say theirs", 'give both, such as rate=100, unit="deg"')
+    unknown = [name for name in reading if name not in _OF_SAMPLES and name not in signature(read).parameters]
+    if unknown:
+        raise TypeError(f"unexpected keyword argument {unknown[0]!r}")
     of_files = [name for name in reading if name not in _OF_SAMPLES]
     if of_files:
         raise _error("setting_conflict", ", ".join(of_files), "is for files", "leave it out")
@@ -407,7 +411,7 @@ class Epoch:
     learning_rate: float
 
 
-def train(data: Union[Dataset, Protocol, str], *, preset: str = "best", architecture: Optional[str] = None,
+def train(data: Union[Dataset, Protocol, Path], *, preset: str = "best", architecture: Optional[str] = None,
           head: Optional[str] = None, image: Optional[dict[str, Any]] = None, schedule: Optional[str] = None,
           epochs: Optional[int] = None, batch: Optional[int] = None, learning_rate: Optional[float] = None,
           momentum: Optional[float] = None, weight_decay: Optional[float] = None, seed: int = 1, patience: int = 0,
@@ -416,7 +420,7 @@ def train(data: Union[Dataset, Protocol, str], *, preset: str = "best", architec
           on_epoch: Optional[Callable[[Epoch], object]] = None) -> Model:
     """Trains a model, with the weights of `decid train`, which also leaves checkpoints: use it for long trainings.
 
-    data: a Dataset, or a protocol of which fresh trials are simulated in every epoch: stream_trials of them, and
+    data: a Dataset or its .npz file, or a protocol of which fresh trials are simulated in every epoch: stream_trials of them, and
     validation_trials for validation. None is the preset's (docs/guide/models.md). architecture: layers, one a line; image:
     settings as `decid info --json` shows them. patience: epochs without improvement before it stops and keeps the best.
     on_batch(epoch, done, trials), on_epoch(Epoch): called on the way; what they raise ends the training."""
@@ -435,6 +439,8 @@ def train(data: Union[Dataset, Protocol, str], *, preset: str = "best", architec
             raise _error("setting_out_of_range", name, f"is {value}", f"give {least} or more")
         return value
 
+    if isinstance(data, (str, os.PathLike)) and os.fspath(data).endswith(".npz"):
+        data = Dataset.read(data)
     dataset = data._handle if isinstance(data, Dataset) else None
     protocol = None if isinstance(data, Dataset) else as_protocol(data)._handle
     return Model._of(_decid.train(

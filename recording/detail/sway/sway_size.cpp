@@ -47,7 +47,7 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
   const double peak_to_peak_deg = (*high - *low) / sim::rad_per_deg;
   if (*low == *high) {
     throw Error(Code::value_invalid, where(recording),
-                sway.column + " is constant, " + three_digits(*high / sim::rad_per_deg) + " degrees",
+                sway.column + " is constant, " + three_digits(*high / sim::rad_per_deg + 0.0) + " degrees",
                 either(recording, "give samples of sway", "name the sway column with " + setting("column")));
   }
   if (peak_deg > max_deg) {

@@ -28,15 +28,15 @@ class ResponseCheck {
     /// slip_gain is the number of samples times the relative decrease of the residual, or 0.
     double slip_gain = 0.0, slip_s = 0.0, slip_at_s = 0.0;
     double shift_gain = 0.0, shift_s = 0.0;  ///< the same improvement if the whole sway is shift_s earlier
-    /// How much later than a body the sway begins to respond, so that the recording starts early; 0 below 0.3 s, and
-    /// for a small response.
+    /// How much later than a body the sway begins to respond, so that the recording starts early; 0 below 0.3 s, or
+    /// 0.5 s for a tilt of few sines, always for a single sine, and for a small response.
     double early_s = 0.0;
     /// The same improvement without any response from rest_begin_s to rest_end_s, one of which is an end of the trial.
     /// Below 0, thus 0, for a sway that follows the tilt throughout.
     double rest_gain = 0.0, rest_begin_s = 0.0, rest_end_s = 0.0;
   };
-  /// Checks a sway that has the tilt's number of samples. Returns zeros for trials under 40 s. gaps: samples that were
-  /// not measured; no movement is looked for there.
+  /// Checks a sway that has the tilt's number of samples. Returns zeros for trials under 40 s, and gains of 0 for a
+  /// tilt of a single sine. gaps: samples that were not measured; no movement is looked for there.
   Found check(std::span<const double> sway_rad, std::span<const SampleRange> gaps = {}) const;
 
   struct Response {
@@ -68,6 +68,8 @@ class ResponseCheck {
   std::vector<double> tilt_;             // means of blocks, with rest before and after
   std::size_t blocks_;                   // of the trial
   std::size_t typical_dead_, max_dead_;  // blocks of a body's dead time
+  bool is_sine_ = false;                 // a shift of the tilt is another response to it
+  bool is_determined_ = false;           // the tilt's values determine its later ones, as those of few sines
 };
 
 }  // namespace decid::recording

@@ -223,8 +223,16 @@ std::vector<std::string> trials_in(const Table& table, const std::string& by, co
     for (std::size_t i = 1; i <= array->elements; ++i) names.push_back(std::to_string(i));
     return names;
   }
-  names = labels_by(table, trial_columns(table, by, where), by, where).values;
+  const RowLabels labels = labels_by(table, trial_columns(table, by, where), by, where);
+  names = labels.values;
   std::erase(names, "");
+  // 40 s at 5 Hz, the slowest rate, are 200 rows.
+  constexpr std::size_t many_names = 20, few_rows = 50;
+  if (names.size() > many_names && labels.of_row.size() < few_rows * names.size())
+    throw Error(Code::column_unsuitable, where,
+                "'" + by + "' has " + std::to_string(names.size()) + " values in " +
+                    std::to_string(labels.of_row.size()) + " rows, as a signal has",
+                "give the column that numbers the recordings as " + setting("trial_column"));
   if (names.empty())
     throw Error(Code::column_unsuitable, where, "'" + by + "' is empty in all rows",
                 "give another column as " + setting("trial_column"));

@@ -64,6 +64,34 @@ TEST_CASE("values are those that the library's own builder makes") {
     check_error([&] { parse_json(wrong, "x.json"); }, Code::setting_malformed);
 }
 
+TEST_CASE("brackets in a file that is not JSON are no nesting") {
+  const std::string archive = "PK\x03\x04" + std::string(40, '[');
+  CHECK(contains(message_of([&] { parse_json(archive, "x.npz"); }), "is not valid JSON"));
+  CHECK(parse_json("\xEF\xBB\xBF [1]", "x.json").size() == 1);
+}
+
+TEST_CASE("an unknown key is shown with its place, or with the key that may be meant") {
+  const auto finished = [](const std::string& text, const JsonObject::PlaceOf& place_of = {}) {
+    return message_of([&] {
+      const Json json = parse_json(text, "x.json");
+      JsonObject object(json, "x.json", "part");
+      double value = 0.0;
+      for (const char* key : {"sample_rate_hz", "size_deg", "name"}) object.read(key, value);
+      object.finish(place_of);
+    });
+  };
+  CHECK(contains(finished(R"({"size": 1})"), "'size_deg'"));
+  CHECK(contains(finished(R"({"rate_hz": 1})"), "'sample_rate_hz'"));
+  CHECK(contains(finished(R"({"smaple_rate_hz": 1})"), "'sample_rate_hz'"));
+  CHECK_FALSE(contains(finished(R"({"other": 1})"), "call it"));
+  CHECK(contains(finished(R"({"size": 1})", [](const std::string& key) { return "<" + key + ">"; }), "<size>"));
+  const std::string missing = message_of([] {
+    const Json json = parse_json(R"({"mass": 1})", "x.json");
+    JsonObject(json, "x.json", "body").require("mass_kg");
+  });
+  CHECK(contains(missing, "'body.mass'"));
+}
+
 TEST_CASE("errors show the beginning of a value, and each known key once") {
   const auto reading = [](const std::string& value) {
     return message_of([&] {

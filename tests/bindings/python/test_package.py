@@ -454,6 +454,7 @@ class Sets(WithFolder):
         self.assertEqual([epoch.epoch for epoch in epochs], [1, 2])
         self.assertEqual(epochs[1].validation_mse, expected["validation_mse"])
         self.assertEqual(batches, [(1, 10, 20), (1, 20, 20), (2, 10, 20), (2, 20, 20)])
+        self.assertEqual(decid.train(data, **keywords).sha256, trained.sha256)
         mine = self.folder / "mine.safetensors"
         trained.save(mine)
         self.assertEqual(mine.read_bytes(), model.read_bytes())
@@ -552,6 +553,9 @@ class Refusals(WithFolder):
         self.refused("size_mismatch", decid.simulate, Kp=np.full((2, 2), 900.0))
         self.refused("setting_out_of_range", decid.train, "default", epochs=0)
         self.refused("setting_unknown", decid.train, "default", image={"no": 1})
+        self.refused("setting_conflict", decid.identify, sway, 100, "rad", fill_gaps=0.1)
+        with self.assertRaisesRegex(TypeError, "heigth"):
+            decid.identify(sway, 100, "rad", mass=70, heigth=1.75)
         values = np.sin(np.arange(12000) / 50)
         self.refused("value_missing", decid.identify, np.ma.masked_array(values, mask=np.arange(12000) < 3), 100, "deg")
         self.assertEqual(len(decid.Recording(np.ma.masked_array(values), 100, "deg").sway), 12000)

@@ -219,7 +219,7 @@ TEST_CASE("arrays that do not belong into a data set are refused by name") {
 TEST_CASE("files that are no archives, or are cut off, are refused") {
   const TemporaryFolder folder;
   check_error([&] { read_npz(folder / "none.npz"); }, Code::file_missing, "none.npz");
-  check_error([&] { read_npz(folder.path()); }, Code::file_damaged);
+  check_error([&] { read_npz(folder.path()); }, Code::file_unreadable, "is a folder");
   write_text(folder / "text.npz", "time,sway\n0,1\n");
   check_error([&] { read_npz(folder / "text.npz"); }, Code::file_damaged, "text.npz");
   write_text(folder / "empty.npz", "");

@@ -193,6 +193,8 @@ TEST_CASE("model files name heads other than the point head, and one that nobody
   CHECK_FALSE(nn::from_safetensors(bytes, "bytes").metadata.contains("head"));
   CHECK(model_from_bytes(bytes, "bytes").head == &point_head());
   CHECK(&head_named("point", "bytes") == &point_head());
+  CHECK(&chosen_head("mixture 16", "--head") == &mixture_head(16));
+  check_error([] { chosen_head("mixture 17", "--head"); }, Code::setting_unknown, "1 to 16");
 }
 
 }  // namespace decid::test

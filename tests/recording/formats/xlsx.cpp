@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "recording/formats/detail/xml_scanner.hpp"
@@ -80,12 +81,32 @@ TEST_CASE("XLSX: the first sheet that is not hidden, and the rules for text") {
   CHECK(sheet.text == "1\n");
 }
 
-TEST_CASE("XLSX: --section names tables of the first sheet, and no sheet") {
-  std::map<std::string, std::string> parts = workbook_parts("<row><c><v>1</v></c></row>");
+TEST_CASE("XLSX: --section names a sheet, or a table of the first one") {
+  const auto rows = [](int sway) {
+    std::string text =
+        R"(<row><c t="inlineStr"><is><t>time</t></is></c><c t="inlineStr"><is><t>sway_deg</t></is></c></row>)";
+    for (int k = 0; k < 5; ++k)
+      text += "<row><c><v>" + std::to_string(k) + "E-2</v></c><c><v>" + std::to_string(sway * k) + "</v></c></row>";
+    return text;
+  };
+  std::map<std::string, std::string> parts = workbook_parts(rows(1));
   parts["xl/workbook.xml"] =
-      R"(<workbook><sheets><sheet name="one" r:id="r1"/><sheet name="Sheet2" r:id="r9"/></sheets></workbook>)";
-  for (const char* name : {"Sheet2", "one"})
-    check_error([&] { read(zip(parts), {.section = name}); }, Code::setting_conflict, "'one'");
+      R"(<workbook><sheets><sheet name="one" r:id="r1"/><sheet name="Trial 7" r:id="r9"/></sheets></workbook>)";
+  parts["xl/_rels/workbook.xml.rels"] =
+      R"(<Relationships><Relationship Id="r1" Target="worksheets/sheet1.xml" Type="x/worksheet"/>)"
+      R"(<Relationship Id="r9" Target="worksheets/sheet2.xml" Type="x/worksheet"/></Relationships>)";
+  parts["xl/worksheets/sheet2.xml"] = "<worksheet><sheetData>" + rows(3) + "</sheetData></worksheet>";
+  const std::string bytes = zip(parts);
+  const auto last = [&](const std::string& section) {
+    const Recording recording = read(bytes, {.section = section});
+    return std::pair(recording.signals.at(com_sway).rad[4] / sim::rad_per_deg,
+                     has(recording.warnings, "sheet_assumed"));
+  };
+  CHECK(last("trial 7") == std::pair(12.0, false));
+  CHECK(last("one") == std::pair(4.0, false));
+  CHECK(last("1") == std::pair(4.0, true));
+  CHECK(last("") == std::pair(4.0, true));
+  check_error([&] { read(bytes, {.section = "Trial 8"}); }, Code::setting_unknown, "'Trial 7'");
 }
 
 TEST_CASE("XLSX: true and false are words; a first sheet without a table names those that have one") {

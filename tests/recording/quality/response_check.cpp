@@ -12,6 +12,7 @@
 
 #include "base/math/random.hpp"
 #include "base/sample_range.hpp"
+#include "recording/quality/detail/changes.hpp"
 #include "recording/trial.hpp"
 #include "sim/simulate.hpp"
 #include "sim/streams.hpp"
@@ -361,4 +362,45 @@ TEST_CASE("a recording that starts a little before the platform, which the taps 
   CHECK(active_found >= 13);
   CHECK(active_near >= active_found - 1);
   CHECK(with_active_torque_only <= 1);  // whose delay is up to 0.24 s
+}
+
+TEST_CASE("a tilt of one to three sines, at which a later response is nearly an earlier one, is no early start") {
+  const std::vector<std::vector<sim::Sine>> tilts{
+      {{0.2, 0.5}}, {{0.2, 0.5}, {0.5, 0.3}}, {{0.1, 0.4}, {0.25, 0.3}, {0.6, 0.2}}};
+  for (const std::vector<sim::Sine>& components : tilts) {
+    const std::size_t sines = components.size();
+    CAPTURE(sines);
+    sim::Protocol protocol = sim::default_protocol();
+    protocol.experiment.stimulus = sim::Sines{.components = components, .cycle_s = 20.0, .cycles = 3};
+    const sim::Simulator simulated(protocol);
+    const ProtocolPlan its_plan(protocol);
+    const ResponseCheck& response = its_plan.response();
+    int wrong = 0, found = 0, off = 0, staggers = 0;
+    for (std::uint64_t i = 0; i < 20; ++i) {
+      sim::Parameters parameters = protocol.parameters().middle();
+      const Random random(3, sim::streams::sensor_noise, i);
+      parameters[sim::Nv] = 0.1;
+      parameters[sim::Delay] = 0.05 + 0.1 * random.uniform(0);
+      std::vector<double> values(static_cast<std::size_t>(simulated.samples()));
+      REQUIRE(simulated.run(parameters, Random(7, sim::streams::vestibular_noise, i), values).valid);
+      for (std::size_t k = 0; k < values.size(); ++k) values[k] += 0.01 * sim::rad_per_deg * random.normal(k + 1);
+      wrong += response.check(values).early_s > 0.0 ? 1 : 0;
+      const auto is_off = [&](const std::vector<double>& one) {
+        const Changes changes = look_for_changes(response, one, {}, response.prediction_of(one), 100.0, {});
+        return test::has(changes.warnings, "stretch_off") || test::has(changes.warnings, "unusual_movement");
+      };
+      off += is_off(values) ? 1 : 0;
+      std::vector<double> staggered = values;
+      for (std::size_t k = 2900; k < 3020; ++k)
+        staggered[k] += 1.5 * sim::rad_per_deg * std::sin(sim::pi * static_cast<double>(k - 2900) / 120.0);
+      staggers += is_off(staggered) ? 1 : 0;
+      values.insert(values.begin(), 80, values.front());
+      values.resize(values.size() - 80);
+      found += response.check(values).early_s > 0.0 ? 1 : 0;
+    }
+    CHECK(wrong <= 1);
+    CHECK(found >= (sines == 1 ? 0 : 15));
+    CHECK(off == 0);
+    CHECK(staggers >= 19);
+  }
 }

@@ -64,6 +64,16 @@ TEST_CASE("columns that do not tell recordings apart, and trials that there are 
   check_error(reading(two, {.trial_column = "trial"}), Code::setting_unknown);
 }
 
+TEST_CASE("a signal does not number recordings") {
+  std::string text = "trial,time,sway_deg\n";
+  for (int k = 0; k < 2000; ++k) text += format("%d,%.2f,%.3f\n", k / 80, 0.01 * (k % 80), 0.001 * (k % 900));
+  const TemporaryFolder folder;
+  const std::filesystem::path path = write_text(folder / "t.csv", text);
+  check_error([&] { list_trials(path, {.trial_column = "sway_deg"}); }, Code::column_unsuitable, "900 values");
+  check_error([&] { list_trials(path, {.trial_column = "time"}); }, Code::column_unsuitable, "80 values");
+  CHECK(list_trials(path, {.trial_column = "trial"}).size() == 25);
+}
+
 TEST_CASE("several recordings below each other are refused without --trial, with a rate too") {
   for (const RecordingOptions& options : {RecordingOptions{}, RecordingOptions{.rate_hz = 100.0}}) {
     check_error(reading(two, options), Code::recording_ambiguous, "line 5");

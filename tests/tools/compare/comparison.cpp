@@ -55,5 +55,6 @@ TEST_CASE("Comparison: too few simulations are refused") {
   const Model model = built_in_model();
   tools::ComparisonSettings settings;
   settings.simulations = iterative::min_simulations(2) - 1;
-  CHECK_THROWS_AS(Comparison(model, some_trials(model, 1), settings), Error);
+  test::check_error([&] { Comparison(model, some_trials(model, 1), settings); }, Code::setting_out_of_range,
+                    "simulations");
 }

@@ -63,3 +63,12 @@ TEST_CASE("decid/design: tilts beyond 8 degrees are marked, and recommended only
   CHECK(found["protocols"][0]["large_tilt"] == false);
   CHECK(found["protocols"][1]["large_tilt"] == true);
 }
+
+TEST_CASE("decid/design: impossible tilts and cycles are refused by their options") {
+  for (const std::string option : {"--amplitude", "--cycles"})
+    for (const char* value : {" 0", " -1", " 1e9"}) {
+      const Result refused = run_decid("design " + option + value);
+      CHECK(refused.code == 2);
+      CHECK(contains(refused.err, "decid: " + option));
+    }
+}

@@ -80,6 +80,14 @@ void check_gains(const Exported& found, const sim::Parameters& from, double rati
 
 }  // namespace
 
+TEST_CASE("export controller: a refused parameter is answered with options that the command has") {
+  const Folder folder;
+  const Result refused = run_decid("export controller --weight 0.1 -o " + folder / "c");
+  CHECK(refused.code == 2);
+  CHECK(contains(refused.err, "--delay"));
+  CHECK_FALSE(contains(refused.err, "--nv"));
+}
+
 TEST_CASE("export controller: a protocol of another body than the result's is refused") {
   const Folder folder;
   const std::string result = folder / "r.json", other = folder / "robot.json", own = folder / "person.json";

@@ -139,6 +139,11 @@ TEST_CASE("fit --frf --objective log-ratio is the field's least squares") {
   CHECK_FALSE(json["parameters"][decid::sim::Kp].contains("sd"));
   CHECK(near(value(json, decid::sim::Delay), 0.12, 0.15));  // of the controller behind the example
   CHECK(json["frf"]["model_gain"].size() == 11);
+  for (const std::string option : {"--prior-error 0.1", "--prior-gain 0.1"}) {
+    const Result refused = run_decid("fit --frf " + example + " --objective log-ratio " + option);
+    CHECK(refused.code == 2);
+    CHECK(contains(refused.err, "has no effect"));
+  }
 }
 
 TEST_CASE("fit --frf warns of a table that the model does not explain") {

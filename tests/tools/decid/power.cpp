@@ -67,3 +67,23 @@ TEST_CASE("decid/power: small values are legitimate; a difference that may be ov
   CHECK(contains(notes("--difference Kp=-0.15", "Kp=50"), "-0.15 m g h is -125.8"));
   CHECK(notes("--difference Kd=1 --quiet", "Kd=20").empty());
 }
+
+TEST_CASE("decid/power: negative standard deviations and options without effect are refused") {
+  const std::string power = "power --difference delay=0.02 ";
+  for (const char* options : {"--participant-sd delay=-0.01", "--trial-sd delay=-1%", "--measurement-sd delay=-0.01",
+                              "--measurement-sd delay=0.01 --by fit", "--measurement-sd delay=0.01 --recordings 400",
+                              "--sensor-noise -1", "--sensor-noise 0.1 0.01", "--sensor-noise 0 0.1"}) {
+    CAPTURE(std::string(options));
+    const Result refused = run_decid(power + options);
+    CHECK(refused.code == 2);
+    CHECK(contains(refused.err, "decid: --"));
+  }
+}
+
+TEST_CASE("decid/power: a prediction from few simulated people says so") {
+  const std::string power = "power --difference delay=0.02 --recordings ";
+  CHECK(contains(run_ok(power + "40").out, "10 simulated participants"));
+  CHECK(run_json(power + "40 --json")["simulated_participants"] == 10);
+  CHECK_FALSE(contains(run_ok(power + "400").out, "simulated participants"));
+  CHECK(run_json("power --difference Kp=90 --measurement-sd Kp=50 --json")["simulated_participants"].is_null());
+}

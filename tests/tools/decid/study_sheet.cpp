@@ -138,6 +138,24 @@ TEST_CASE("a study as laboratories have it: umlauts, a missing trial, a wrong ce
   check_refused("identify --study " + folder / "studie.csv" + " --excel comma", "--excel");
 }
 
+TEST_CASE("identify --study: a sheet's column with the name of a result keeps the result's column apart") {
+  const Folder folder;
+  simulate(folder / "a.csv", "--seed 3");
+  write_text(folder / "s.csv", "participant_id,file,Kp,trust,value,age\na,a.csv,800,yes,7,30\n");
+  run_ok("identify --quiet --study " + folder / "s.csv" + " --table " + folder / "wide.csv" + " --long " +
+         folder / "long.csv");
+  const auto wide = cells_of(read_text(folder / "wide.csv"), ',');
+  CHECK(std::ranges::count(wide[0], "Kp") == 1);
+  CHECK(cell(wide, 1, "sheet_Kp") == "800");
+  CHECK(cell(wide, 1, "trust") == "usable");
+  CHECK(cell(wide, 1, "sheet_trust") == "yes");
+  CHECK(cell(wide, 1, "value") == "7");  // no result of this table
+  CHECK(cell(wide, 1, "age") == "30");
+  const auto tall = cells_of(read_text(folder / "long.csv"), ',');
+  CHECK(cell(tall, 1, "sheet_value") == "7");
+  CHECK(cell(tall, 1, "Kp") == "800");
+}
+
 TEST_CASE("a sheet is a table of groups, too; n/a is no group") {
   const Folder folder;
   std::string sheet = "participant_id\tgroup\tfile\n";

@@ -126,6 +126,14 @@ TEST_CASE("train: --resume goes on to more epochs, and the origin says so") {
   CHECK(run_decid(folder.train("--epochs 4 --schedule step:1:0.5")).out == longer.out);
 }
 
+TEST_CASE("train: --resume without a training says what it looked for") {
+  const TrainingFolder folder(16);
+  const Result refused = run_decid(folder.train("--epochs 1 --resume"));
+  CHECK(refused.code == 2);
+  CHECK(contains(refused.err, "decid: --resume"));
+  CHECK(contains(refused.err, "m.safetensors.checkpoint"));
+}
+
 TEST_CASE("train: divergence is an error, and leaves nothing") {
   const TrainingFolder folder(64);
   const std::size_t before = folder.files();

@@ -40,8 +40,7 @@ dataset::Dataset trials_of(const CompareOptions& options, const Model& model) {
                            "test trials");
     dataset::DatasetRequest request;
     request.protocol = model.protocol.ideal();
-    if (!options.sensor_noise_deg.empty())
-      request.protocol.noise.sensor = {options.sensor_noise_deg.front(), options.sensor_noise_deg.back()};
+    set_sensor_noise(request.protocol, options.sensor_noise_deg);
     request.protocol.validate();
     request.count = options.trials;
     request.seed = options.settings.seed;

@@ -199,9 +199,11 @@ void add_design(const Command& program) {
   command
       .add_option("--amplitude", options->amplitudes_deg,
                   "Scale each protocol's stimulus to these tilts, peak to peak in degrees, such as 1 2 4")
-      .values(1, 50);
+      .values(1, 50)
+      .range(0.001, 45.0);
   command.add_option("--cycles", options->cycles, "Play each protocol's cycle this many times, such as 1 2 4")
-      .values(1, 50);
+      .values(1, 50)
+      .range(1.0, 1000.0);
   add_controller_option(command, options->controller,
                         "Plan for this controller (decid info --controllers); default: the protocols', else dec");
   add_body_options(command, options->body);

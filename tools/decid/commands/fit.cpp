@@ -124,6 +124,10 @@ void run_table(const FitOptions& options, const Command& command) {
   if (asked.log_ratio && !options.priors.normals.empty())
     throw Error(Code::setting_conflict, "--prior",
                 "cannot be combined with --objective log-ratio, which uses ranges only", "give --range or --fix");
+  for (const char* option : {"--prior-error", "--prior-gain"})
+    if (asked.log_ratio && command.count(option) > 0)
+      throw Error(Code::setting_conflict, option, "has no effect on --objective log-ratio, which uses no priors",
+                  "leave it out");
   const sim::ParameterTable& parameters = asked.controllers.front().protocol.parameters();
   if (asked.controllers.size() == 1) asked.truth = options.recordings.known(parameters);
   if (asked.controllers.size() > 1 && command.count("--truth") > 0)

@@ -20,6 +20,7 @@ namespace {
 
 constexpr double default_noise_deg = 0.02;
 constexpr int max_fits = 128;
+constexpr int min_people = 100;  ///< a standard deviation of fewer has a standard error above 7%
 
 struct PowerOptions {
   CommonOptions common;
@@ -53,17 +54,17 @@ struct PowerRow {
 cohort::ValueSpread spread_of(const PowerOptions& options, const Model& model, const cohort::PlannedGroups& groups) {
   sim::Protocol protocol = model.protocol;
   if (options.by == "network") {
-    if (!options.sensor_noise_deg.empty())
-      protocol.noise.sensor = {options.sensor_noise_deg.front(), options.sensor_noise_deg.back()};
+    set_sensor_noise(protocol, options.sensor_noise_deg);
     return cohort::spread_of_network(model, protocol, groups, options.recordings / 4, options.seed);
   }
   if (!options.protocol.empty()) protocol = read_protocol(options.protocol, options.common.quiet);
   if (protocol.experiment.body_model != model.protocol.experiment.body_model)
     throw Error(Code::setting_conflict, "--protocol", "has another controller than the model",
                 "give a protocol of the model's controller");
-  const double noise_deg = options.sensor_noise_deg.empty()
-                               ? default_noise_deg
-                               : std::sqrt(options.sensor_noise_deg.front() * options.sensor_noise_deg.back());
+  set_sensor_noise(protocol, options.sensor_noise_deg);
+  const sim::SensorNoise& sensor = protocol.noise.sensor;
+  const double noise_deg =
+      options.sensor_noise_deg.empty() ? default_noise_deg : std::sqrt(sensor.low_deg * sensor.high_deg);
   const posterior::Priors priors = posterior::with_conventions({}, protocol.ranges());
   return cohort::spread_of_fits(protocol, priors, groups, noise_deg, std::min(options.recordings, max_fits),
                                 options.seed);
@@ -79,6 +80,16 @@ void refuse_beyond_range(const std::string& option, const std::vector<bool>& giv
                   table[p].name + format(" is %g", values[p]) + table[p].unit_after() +
                       format(", more than its whole range of %g", table[p].range()) + table[p].unit_after(),
                   "give less" + table[p].unit_hint());
+}
+
+/// Throws Error for a negative standard deviation, whose square would count as one of the other sign.
+void refuse_negative(const std::string& option, const std::vector<bool>& given, const sim::Parameters& values,
+                     const sim::ParameterTable& table) {
+  for (std::size_t p = 0; p < table.size(); ++p)
+    if (given[p] && values[p] < 0.0)
+      throw Error(Code::setting_out_of_range, option,
+                  table[p].name + format(" is %g", values[p]) + table[p].unit_after(),
+                  "give a standard deviation of 0 or more");
 }
 
 /// Prints a note on a difference that may be over m g h. A small difference may also be meant.
@@ -112,8 +123,10 @@ void refuse_unused_options(const PowerOptions& options, const PowerValues& value
   if (options.design.paired && !values.simulates && !options.participant_sd.empty())
     throw Error(Code::setting_conflict, "--participant-sd",
                 "is not used: --paired compares the visits of each participant", "leave it out, or give --visit-sd");
-  for (const auto& [option, is_given] :
-       {std::pair("--sensor-noise", !options.sensor_noise_deg.empty()), {"--protocol", !options.protocol.empty()}})
+  for (const auto& [option, is_given] : {std::pair("--sensor-noise", !options.sensor_noise_deg.empty()),
+                                         {"--protocol", !options.protocol.empty()},
+                                         {"--by", options.by == "fit"},
+                                         {"--recordings", options.recordings != PowerOptions{}.recordings}})
     if (!values.simulates && is_given)
       throw Error(Code::setting_conflict, option,
                   "is not used: --measurement-sd gives the uncertainty of all recordings", "leave one of them out");
@@ -151,12 +164,14 @@ PowerValues read_options(const PowerOptions& options, const Model& model) {
   const auto read_sd = [&](const char* option, const std::vector<std::string>& texts, sim::Parameters& sd) {
     std::vector<bool> given = read_named_values(option, texts, table, values.at, sd);
     refuse_beyond_range(option, given, sd, table);
+    refuse_negative(option, given, sd, table);
     return given;
   };
   values.has_sd = read_sd("--participant-sd", options.participant_sd, values.participant);
   values.has_visit_sd = read_sd("--visit-sd", options.visit_sd, values.visit);
   values.has_trial_sd = read_sd("--trial-sd", options.trial_sd, values.trial);
   refuse_beyond_range("--measurement-sd", values.known, values.measured, table);
+  refuse_negative("--measurement-sd", values.known, values.measured, table);
   refuse_unused_options(options, values, table);
   for (std::size_t p = 0; p < table.size() && !options.common.quiet; ++p)
     if (values.wanted[p] && !percent_difference[p]) note_small_difference(table[p], values.difference[p], mgh_nm_rad);
@@ -186,7 +201,13 @@ std::vector<PowerRow> power_rows(const PowerOptions& options, const PowerValues&
   return rows;
 }
 
-Json power_json(const PowerOptions& options, const std::vector<PowerRow>& rows) {
+/// Returns the number of simulated people from whom the standard deviations come; 0: none.
+int simulated_people(const PowerOptions& options, const PowerValues& values) {
+  if (!values.simulates) return 0;
+  return options.by == "fit" ? std::min(options.recordings, max_fits) : options.recordings / 4;
+}
+
+Json power_json(const PowerOptions& options, const std::vector<PowerRow>& rows, int people) {
   Json list = Json::array();
   for (const PowerRow& row : rows)
     list.push_back({{"name", row.info.name},
@@ -207,6 +228,7 @@ Json power_json(const PowerOptions& options, const std::vector<PowerRow>& rows) 
           {"paired", options.design.paired},
           {"power_wanted", options.power},
           {"intervals", options.intervals},
+          {"simulated_participants", people > 0 ? Json(people) : Json(nullptr)},
           {"parameters", std::move(list)}};
 }
 
@@ -214,24 +236,29 @@ std::string count_or_dash(std::size_t count) {
   return count > 0 ? std::to_string(count) : "-";
 }
 
-std::string power_text(const PowerOptions& options, const std::vector<PowerRow>& rows) {
+std::string power_text(const PowerOptions& options, const std::vector<PowerRow>& rows, int people) {
   std::string text = format("%-22s %12s %12s %14s %12s %10s %12s %8s\n", "parameter, unit", "mean", "difference",
                             "participant sd", "recording sd", "power", "participants", "trials");
   for (const PowerRow& row : rows)
     text += format("%-22s %12.5g %12.4g %14.4g %12.4g %9.1f%% %12s %8s\n", name_and_unit(row.info).c_str(), row.mean,
                    row.difference, row.participant_sd, row.design.measurement_sd, 100.0 * row.power,
                    count_or_dash(row.needed).c_str(), count_or_dash(row.trials_needed).c_str());
-  return text + format(
-                    "Power of %s: %d participants%s, %s each. Participants: the number%s for a power of %g%%.\n"
-                    "Trials: the number per participant%s for that power with %d participants%s; -: more than 1,000.\n"
-                    "Means, differences and standard deviations (sd) are in the parameter's unit.\n",
-                    options.intervals == 1
-                        ? "a 95% interval"
-                        : format("one of %d 95%% intervals that hold together", options.intervals).c_str(),
-                    options.participants, options.design.paired ? " in pairs" : " per group",
-                    counted(options.trials, "trial").c_str(), options.design.paired ? " of pairs" : " per group",
-                    100.0 * options.power, options.design.paired ? " and visit" : "", options.participants,
-                    options.design.paired ? " in pairs" : " per group");
+  return text +
+         format(
+             "Power of %s: %d participants%s, %s each. Participants: the number%s for a power of %g%%.\n"
+             "Trials: the number per participant%s for that power with %d participants%s; -: more than 1,000.\n"
+             "Means, differences and standard deviations (sd) are in the parameter's unit.\n",
+             options.intervals == 1 ? "a 95% interval"
+                                    : format("one of %d 95%% intervals that hold together", options.intervals).c_str(),
+             options.participants, options.design.paired ? " in pairs" : " per group",
+             counted(options.trials, "trial").c_str(), options.design.paired ? " of pairs" : " per group",
+             100.0 * options.power, options.design.paired ? " and visit" : "", options.participants,
+             options.design.paired ? " in pairs" : " per group") +
+         (people > 0 && people < min_people
+              ? format("Rough: the standard deviations come from %d simulated participants only. Give more "
+                       "--recordings.\n",
+                       people)
+              : std::string());
 }
 
 void run_power(const PowerOptions& options) {
@@ -239,8 +266,11 @@ void run_power(const PowerOptions& options) {
     throw Error(Code::setting_conflict, "--protocol", "is for --by fit: a network reads its own protocol",
                 "add --by fit, or leave it out");
   const Model model = model_or_built_in(options.model);
-  const std::vector<PowerRow> rows = power_rows(options, read_options(options, model), model);
-  std::cout << (options.common.json ? print_json(power_json(options, rows)) + '\n' : power_text(options, rows));
+  const PowerValues values = read_options(options, model);
+  const std::vector<PowerRow> rows = power_rows(options, values, model);
+  const int people = simulated_people(options, values);
+  std::cout << (options.common.json ? print_json(power_json(options, rows, people)) + '\n'
+                                    : power_text(options, rows, people));
 }
 
 }  // namespace

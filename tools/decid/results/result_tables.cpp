@@ -55,6 +55,13 @@ std::vector<std::string> who_names(const Report& report) {
   return names;
 }
 
+/// Gives each column of the study's sheet, the last `count` of those before `end`, a name of its own if the table has
+/// another column of that name. Programs would rename one of the two, or drop it.
+void distinguish(std::vector<std::string>& names, std::size_t count, std::size_t end) {
+  for (std::size_t i = end - count; i < end; ++i)
+    while (std::ranges::count(names, std::string(names[i])) > 1) names[i] = "sheet_" + names[i];
+}
+
 /// The person and the study's columns of recording i; a table of groups counts where the sheet has none.
 std::vector<Cell> who_cells(const Report& report, std::size_t i) {
   const SheetEntry& entry = report.recordings[i].entry;
@@ -120,11 +127,13 @@ ResultTable wide_table(const Report& report) {
   ResultTable table{{"file", "trust"}, {}};
   for (const std::string& name : parameters) append(table.names, {name, name + "_low90", name + "_high90"});
   append(table.names, who_names(report));
+  const std::size_t sheet_end = table.names.size();
   append(table.names, body_names);
   for (const std::string& name : parameters) append(table.names, {name + "_sd", name + "_normalized"});
   append(table.names, check_names);
   append(table.names, {"max_rhat", "min_effective_draws"});
   append(table.names, source_names);
+  distinguish(table.names, report.sheet ? report.sheet->columns.size() : 0, sheet_end);
   for (std::size_t i = 0; i < report.recordings.size(); ++i) {
     const RecordingResult& id = report.recordings[i];
     std::vector<Figures> figures = figures_of(id);
@@ -157,6 +166,7 @@ ResultTable long_table(const Report& report) {
   const sim::ParameterTable& parameters = report.protocol.parameters();
   ResultTable table{{"file"}, {}};
   append(table.names, who_names(report));
+  const std::size_t sheet_end = table.names.size();
   append(table.names, body_names);
   const std::size_t before = table.names.size();
   append(table.names, {"parameter", "unit", "value", "sd", "low50", "high50", "low90", "high90", "normalized",
@@ -164,6 +174,7 @@ ResultTable long_table(const Report& report) {
   const std::size_t own = table.names.size() - before;
   append(table.names, check_names);
   append(table.names, source_names);
+  distinguish(table.names, report.sheet ? report.sheet->columns.size() : 0, sheet_end);
   for (std::size_t i = 0; i < report.recordings.size(); ++i) {
     const RecordingResult& id = report.recordings[i];
     const std::vector<Figures> figures = figures_of(id);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <set>
 #include <string_view>
 
@@ -105,22 +104,6 @@ std::vector<std::string> sentences_of(const cohort::Result& found, const sim::Pa
     sentences.push_back(
         sentence(change(one.first), change(one.second), parameters, decided(one.effects), "the draws give none"));
   return sentences;
-}
-
-/// Returns how many letters differ between two texts (V. Levenshtein, Soviet Physics Doklady 10 (1966) 707-710).
-std::size_t count_edits(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0U : 1U);
-      diagonal = row[j];
-      row[j] = std::min({changed, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row.back();
 }
 
 /// Returns true if a name may be a typing error of another one. Names that differ in digits are other names.

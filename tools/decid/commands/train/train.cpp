@@ -52,7 +52,10 @@ std::string part_text(const TrainingState& state) {
 std::optional<FinishedTraining> begun(const TrainFiles& files, TrainingRequest request) {
   const bool finished = std::filesystem::exists(files.model);
   const bool has_epoch = std::filesystem::exists(files.checkpoint), has_part = std::filesystem::exists(files.stopped);
-  if (has_epoch || has_part || (request.more_epochs && !finished)) {
+  if (request.more_epochs && !finished && !has_epoch && !has_part)
+    throw Error(Code::file_missing, "--resume", "finds neither " + files.checkpoint + " nor " + files.model,
+                "leave --resume out to begin the training, or give the --output that it had");
+  if (has_epoch || has_part) {
     FinishedTraining unfinished{load_checkpoint(!has_epoch && has_part ? files.stopped : files.checkpoint, request),
                                 false};
     TrainingState& state = unfinished.state;

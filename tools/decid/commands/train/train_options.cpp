@@ -25,7 +25,7 @@ TrainingSettings settings_from(const TrainOptions& options) {
   preset.schedule = options.schedule.value_or(preset.schedule);
   nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // reports a wrong one before the work, not after
   preset.head = options.head.value_or(preset.head);
-  settings.head = &head_named(preset.head, "--head");
+  settings.head = &chosen_head(preset.head, "--head");
   settings.seed = options.seed;
   settings.patience = options.patience;
   settings.average = options.average;
