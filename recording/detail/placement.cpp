@@ -140,6 +140,7 @@ void refuse_length(const Recording& recording, const sim::Protocol& protocol, st
         "; the recording " + lacking + ", and has none of the protocol's " + std::to_string(cycles) + " cycles whole";
     remedy = "repeat the trial in full, or give " + setting("rate") + " if the time column is wrong";
   } else {
+    if (known_start_s) problem += "; the recording " + lacking;
     remedy = "fit it with its own " + setting("protocol") + ", or train a model for that protocol (" +
              setting("stream") + ") and give it as " + setting("model") + "; or give " + setting("rate") +
              " if the time column is wrong";

@@ -2,7 +2,6 @@
 // Format: ECMA-376 part 1, section 18: a zip archive of XML.
 #pragma once
 
-#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>

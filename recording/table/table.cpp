@@ -1,7 +1,6 @@
 // Opens a table by its kind of file: see table.hpp.
 #include "recording/table/table.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <map>

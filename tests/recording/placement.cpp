@@ -87,6 +87,15 @@ TEST_CASE("a recording that lacks both ends has no whole cycle, and one that lac
   CHECK(contains(begin, "lacks the first 10 s"));
   CHECK(contains(begin, "set its cycles to 1"));
   CHECK(contains(message(0, 1000), "set its cycles to 1"));
+  // All cycles, but not the rest before them.
+  sim::Protocol rest_first = protocol;
+  rest_first.sequence().lead_in_s = 10.0;
+  std::vector<double> tilt(700, 0.0);
+  tilt.insert(tilt.end(), exact.begin(), exact.end());
+  Recording late = of_length(tilt.size());
+  late.file = "late.csv";
+  late.signals.add({platform_tilt, "tilt", tilt});
+  CHECK(contains(message_of([&] { bring_to_protocol(late, rest_first); }), "lacks the first 3 s"));
 }
 
 TEST_CASE("a recording that fits the protocol in minutes is asked for the unit of its times") {
