@@ -11,7 +11,7 @@ namespace decid::recording {
 
 Warnings look_for_reversed_time(std::span<const double> sway_rad, double response_gain, const ProtocolPlan& plan) {
   // No alarm in 10,200 sound trials of eight protocols, three controllers and two levels of sensory noise.
-  constexpr double min_difference = 30.0, min_ratio = 1.5, max_shift_s = 3.0;
+  constexpr double min_difference = 30.0, min_ratio = 2.0, max_shift_s = 3.0;
   const ResponseCheck& check = plan.response();
   const std::vector<double> reversed(sway_rad.rbegin(), sway_rad.rend());
   const double backwards = check.prediction_of(reversed).gain;
