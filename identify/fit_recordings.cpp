@@ -245,7 +245,7 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
                                    "out_of_distribution", "by the network, " + network.unlike_training});
   result.warnings = without_refused_lean(most_severe_first(
       {result.warnings, unlike_simulated, result.explanation.warnings, out_of_distribution,
-       response_ratio_warnings(result.explanation, start_explains), no_response_warnings(density, found, trial),
+       response_ratio_warnings(result.explanation, start_explains), tilt_warnings(density, found, trial),
        posterior_warnings(density, prepared.observation, found, network.use), network.contradictions}));
   keep_figures(figures, density, prepared.observation, report_.fit->keeps_log_likelihood);
 }

@@ -168,7 +168,12 @@ void continue_as_prescribed(std::span<double> tilt, std::span<const double> pres
 void check_against_tilt(std::span<const double> sway, const ProtocolPlan& plan, double from_hz, Trial& trial,
                         Warnings& warnings) {
   const Prediction prediction = plan.response().prediction_of(sway);
-  if (prediction.gain > 0.0) trial.response_gain = prediction.gain;
+  if (prediction.gain > 0.0) {
+    trial.response_gain = prediction.gain;
+    // The response to a tilt that began before the recording comes before the taps.
+    for (const double later_s : {0.3, 0.6})
+      trial.response_gain = std::max(*trial.response_gain, plan.response().prediction_of(sway, later_s).gain);
+  }
   Changes changes = look_for_changes(plan.response(), sway, trial.gaps, prediction, from_hz, warnings);
   trial.other_start_s = changes.other_start_s;
   append(warnings, std::move(changes.warnings));
@@ -184,10 +189,12 @@ void complete_tilt(std::vector<double>& tilt, const ProtocolPlan& plan, double f
   const auto gaps =
       gaps_in_trial(recording.tilt_gaps, from_hz, plan.protocol().experiment.sample_rate_hz, place, tilt.size());
   Warnings slips = look_for_tilt_slips(tilt, gaps, plan, from_hz, start_is_given);
-  if (!slips.empty())  // the sway shows the same ones less well
-    std::erase_if(recording.warnings, [](const Warning& warning) {
-      return one_of(warning.code, {"time_slips", "clock_differs"});
-    });
+  // The sway shows the same slips less well, and another clock only if the tilt follows the protocol roughly.
+  constexpr double min_clear_correlation = 0.95;
+  const bool is_clear = match && match->correlation >= min_clear_correlation;
+  std::erase_if(recording.warnings, [&](const Warning& warning) {
+    return (!slips.empty() && warning.code == "time_slips") || (is_clear && warning.code == "clock_differs");
+  });
   append(recording.warnings, std::move(slips));
 }
 

@@ -238,7 +238,7 @@ const Json& JsonObject::require(const char* key) {
   for (const auto& [given, value] : json_.items())
     if (std::string_view(key).starts_with(given + "_"))
       throw Error(Code::setting_missing, where_, full_name(key) + " is missing",
-                  "add it, or call " + full_name(given) + " so if that is meant");
+                  "add it, or rename " + full_name(given) + " to it");
   throw Error(Code::setting_missing, where_, full_name(key) + " is missing", "add it");
 }
 

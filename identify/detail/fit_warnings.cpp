@@ -32,10 +32,10 @@ constexpr double min_believed_noise_deg = 2e-3;
 constexpr double unexplained_white = 3.0;  // over the white noise that the highest frequencies have
 constexpr double unexplained_slow = 0.5;   // over the sway's standard deviation
 constexpr double contradiction_sd = 3.5;
-/// Response gains (recording/trial.hpp) that a sway without a response exceeds with a probability of 5% and 1.5%. The
-/// second one holds with quantities at the ends of their priors; with one of them, weak but sound responses have it
+/// Response gains (recording/trial.hpp) that a sway without a response exceeds with a probability of about 7% and 2%.
+/// The second one holds with quantities at the ends of their priors; with one of them, weak but sound responses have it
 /// too.
-constexpr double chance_gain = 21.0, chance_gain_at_edges = 25.0;
+constexpr double chance_gain = 24.0, chance_gain_at_edges = 28.0;
 constexpr std::size_t edges_without_response = 2;
 
 std::string quantity_name(const Density& density, int quantity) {
@@ -170,19 +170,24 @@ Warnings posterior_warnings(const Density& density, const posterior::Observation
   return warnings;
 }
 
-Warnings no_response_warnings(const Density& density, const Posterior& found, const recording::Trial& trial) {
+Warnings tilt_warnings(const Density& density, const Posterior& found, const recording::Trial& trial) {
   if (!trial.response_gain || trial.other_start_s) return {};
-  const std::vector<int> edges = at_edge(density, found, outer);
+  std::vector<int> edges = at_edge(density, found, outer);
+  std::erase(edges, int{Density::start});  // of a recording that starts elsewhere
   const bool are_several = edges.size() >= edges_without_response;
   if (*trial.response_gain > (are_several ? chance_gain_at_edges : chance_gain)) return {};
   const Severity severity = are_several ? Severity::invalid : edges.empty() ? Severity::info : Severity::caution;
-  const std::string remedy =
-      edges.empty() ? ": the values rest on its noise; check that the platform played this protocol"
+  const std::string at_ends =
+      edges.empty() ? "; the values rest on its noise: "
                     : ", and the fit is at the end of the prior of " +
-                          joined(edges, ", ", [&](int quantity) { return quantity_name(density, quantity); }) +
-                          ": the platform probably played another stimulus, or the column is not the sway; give the " +
-                          setting("protocol") + " that was played";
-  return {{severity, "no_response", "the sway does not measurably follow the protocol's tilt" + remedy}};
+                          joined(edges, ", ", [&](int quantity) { return quantity_name(density, quantity); }) + ": ";
+  const bool is_measured = trial.tilt || trial.tilt_at_given_start;
+  const std::string remedy =
+      is_measured ? "the measured tilt is the protocol's, so the column may not be the sway of this trial; check " +
+                        setting("column")
+                  : "the platform may have played another stimulus, or the column is not the sway; check " +
+                        setting("protocol") + ", " + setting("begin") + " and " + setting("column");
+  return {{severity, "tilt_not_followed", "the sway does not measurably follow the tilt" + at_ends + remedy}};
 }
 
 Warnings contradiction_warnings(const sim::ParameterTable& table, const Posterior& found,

@@ -25,11 +25,12 @@ std::vector<int> at_edge(const posterior::Density& density, const posterior::Pos
 Warnings posterior_warnings(const posterior::Density& density, const posterior::Observation& observation,
                             const posterior::Posterior& found, NetworkUse network);
 
-/// Returns `no_response` if the sway does not measurably respond to the tilt, wherever the trial starts. With another
-/// stimulus than the protocol's, the fit then drives quantities to the ends of their priors: info for none of them
-/// there, caution for one, invalid for two or more. docs/research/posterior.md has how often.
-Warnings no_response_warnings(const posterior::Density& density, const posterior::Posterior& found,
-                              const recording::Trial& trial);
+/// Returns `tilt_not_followed` if the sway does not measurably respond to the tilt, from the protocol's start or up to
+/// 0.6 s later; nothing if the trial has `other_start`. With another stimulus than the protocol's, the fit drives
+/// quantities to the ends of their priors: info for none of them there, caution for one, invalid for two or more
+/// without the start. docs/research/posterior.md says how often.
+Warnings tilt_warnings(const posterior::Density& density, const posterior::Posterior& found,
+                       const recording::Trial& trial);
 
 /// Returns `network_disagrees` if the posterior's and the network's means of a parameter are further apart than 3.5 of
 /// their joint standard deviations.

@@ -21,10 +21,11 @@ struct Loaded {
 void load(const Samples& samples, std::span<const int> places, std::size_t values, std::size_t width, int epoch,
           const std::function<Random(int)>& random, Loaded& loaded);
 
+/// Returns false if a value is infinite or NaN.
 bool is_finite(std::span<const float> values);
 /// Throws Error, naming the first one, if a sample in memory is not finite.
 void require_finite(const Samples& samples);
-/// Throws Error for samples of a function. A relu may hide a NaN from the loss.
+/// Throws Error, naming the first one, if a loaded sample is not finite. A relu may hide a NaN from the loss.
 void require_finite(const Loaded& loaded, std::span<const int> places, std::size_t values, std::size_t width);
 
 /// Returns the places of all samples.

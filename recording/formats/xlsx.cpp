@@ -198,7 +198,8 @@ class SheetReader {
 
 /// Throws Error if a sheet after the first one holds a table.
 void refuse_without_table(const std::vector<std::pair<std::string, std::string>>& sheets, const Parts& parts,
-                          const std::function<std::string(const std::string&)>& read, const std::string& where) {
+                          const std::function<std::string(const std::string&)>& read, const std::string& asked,
+                          const std::string& where) {
   std::string list;
   for (std::size_t i = 1; i < sheets.size(); ++i) {
     const auto part = parts.by_id.find(sheets[i].second);
@@ -211,7 +212,9 @@ void refuse_without_table(const std::vector<std::pair<std::string, std::string>>
   }
   if (!list.empty())
     throw Error(Code::file_empty, where,
-                "has no table in its first sheet '" + sheets[0].first + "'; tables are in " + list,
+                (asked.empty() ? "has no table in its first sheet '"
+                               : "has no sheet '" + asked + "', and no table in its first sheet '") +
+                    sheets[0].first + "'; tables are in " + list,
                 "move the table's sheet to the front, or name a recording's sheet with " + setting("section"));
 }
 
@@ -241,7 +244,7 @@ Sheet read_xlsx(std::string_view bytes, const std::string& where, const std::str
     return SheetReader(xml, shared, where).read();
   };
   sheet.text = read(part->second);
-  if (!sheet.is_named && find_sections(sheet.text).empty()) refuse_without_table(sheets, parts, read, where);
+  if (!sheet.is_named && find_sections(sheet.text).empty()) refuse_without_table(sheets, parts, read, name, where);
   if (sheet.text.find_first_not_of('\n') == sheet.text.npos)
     throw Error(
         Code::file_empty, where, "has a " + which + " without cells",

@@ -92,8 +92,8 @@ TEST_CASE("warnings of a posterior: quantities at the end of their priors, and c
       if (end >= 0)
         state.parameters[static_cast<std::size_t>(end)] = density.ranges()[static_cast<std::size_t>(end)].high;
       test::set_posterior(found, std::vector(found.states().size(), state), found.rhat(), found.effective_draws());
-      for (const Warning& one : no_response_warnings(density, found, trial)) {
-        CHECK(one.code == "no_response");
+      for (const Warning& one : tilt_warnings(density, found, trial)) {
+        CHECK(one.code == "tilt_not_followed");
         severities.push_back(one.severity);
       }
     }
@@ -103,9 +103,9 @@ TEST_CASE("warnings of a posterior: quantities at the end of their priors, and c
   CHECK(severities_without_response(trial).empty());
   trial.response_gain = 20.0;
   CHECK(severities_without_response(trial) == std::vector{Severity::info, Severity::caution, Severity::invalid});
-  trial.response_gain = 24.0;
+  trial.response_gain = 27.0;
   CHECK(severities_without_response(trial) == std::vector{Severity::invalid});
-  trial.response_gain = 26.0;
+  trial.response_gain = 29.0;
   CHECK(severities_without_response(trial).empty());
   trial.response_gain = 20.0;
   trial.other_start_s = 1.0;

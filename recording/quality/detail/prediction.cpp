@@ -9,9 +9,8 @@
 namespace decid::recording {
 namespace {
 
-constexpr std::size_t order = 6, taps = 12;  ///< of a and h
 /// Unknowns: a and c; with h; with the delay and the clock's error.
-constexpr std::size_t own = order + 1, with_tilt = own + taps, with_clock = with_tilt + 2;
+constexpr std::size_t own = own_lags + 1, with_tilt = own + tilt_lags, with_clock = with_tilt + 2;
 
 template <std::size_t N>
 using Row = std::array<double, N>;
@@ -21,9 +20,9 @@ using Square = std::array<Row<N>, N>;  // lower triangle
 Row<with_tilt> regressors(const std::vector<double>& signal, const std::vector<double>& tilt, std::size_t first,
                           std::size_t k) {
   Row<with_tilt> row;
-  for (std::size_t i = 0; i < order; ++i) row[i] = signal[k - 1 - i];
-  row[order] = 1.0;
-  for (std::size_t j = 0; j < taps; ++j) row[own + j] = tilt[first + k - j];
+  for (std::size_t i = 0; i < own_lags; ++i) row[i] = signal[k - 1 - i];
+  row[own_lags] = 1.0;
+  for (std::size_t j = 0; j < tilt_lags; ++j) row[own + j] = tilt[first + k - j];
   return row;
 }
 
@@ -41,7 +40,7 @@ Prediction predict(const std::vector<double>& signal, const std::vector<double>&
   Square<with_tilt> left{};
   Row<with_tilt> right{};
   double squares = 0.0;
-  for (std::size_t k = order; k < blocks; ++k) {
+  for (std::size_t k = own_lags; k < blocks; ++k) {
     const Row<with_tilt> row = regressors(signal, tilt, first, k);
     for (std::size_t i = 0; i < with_tilt; ++i) {
       right[i] += row[i] * signal[k];
@@ -59,10 +58,10 @@ Prediction predict(const std::vector<double>& signal, const std::vector<double>&
     std::copy_n(left[i].begin(), i + 1, more[i].begin());
     more_right[i] = right[i];
   }
-  for (std::size_t k = order; k < blocks; ++k) {
+  for (std::size_t k = own_lags; k < blocks; ++k) {
     const Row<with_tilt> row = regressors(signal, tilt, first, k);
     double slope = 0.0;
-    for (std::size_t j = 0; j < taps; ++j) slope += fitted[own + j] * (row[own + j] - tilt[first + k - j - 1]);
+    for (std::size_t j = 0; j < tilt_lags; ++j) slope += fitted[own + j] * (row[own + j] - tilt[first + k - j - 1]);
     const Row<2> added{slope, slope * (static_cast<double>(k) - 0.5 * static_cast<double>(blocks))};
     for (std::size_t a = 0; a < added.size(); ++a) {
       Row<with_clock>& sums = more[with_tilt + a];
@@ -75,6 +74,8 @@ Prediction predict(const std::vector<double>& signal, const std::vector<double>&
   const double of_own = error_of(squares, more_right, own), of_tilt = error_of(squares, more_right, with_tilt),
                delayed = error_of(squares, more_right, with_tilt + 1),
                of_all = error_of(squares, more_right, with_clock);
+  constexpr double rounding = 1e-9;  // of a signal that its own past determines
+  if (of_own < rounding * squares) return {};
   return {gain_of(blocks, of_own, of_tilt), gain_of(blocks, delayed, of_all),
           more_right[with_clock - 1] * more[with_clock - 1][with_clock - 1]};
 }

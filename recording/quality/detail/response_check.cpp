@@ -17,11 +17,11 @@ namespace decid::recording {
 namespace {
 
 constexpr double coarse_hz = 10.0, min_trial_s = 40.0;
-constexpr std::size_t taps = 12, order = 6;  ///< of h and a
-constexpr std::size_t unknowns = taps + 1;   ///< with c
+constexpr std::size_t taps = tilt_lags, order = own_lags;
+constexpr std::size_t unknowns = taps + 1;  ///< with c
 constexpr std::size_t max_slip = 30, slip_step = 2, margin = 100, place_step = 50;
-constexpr std::size_t rest = max_slip + taps + order;
-constexpr std::size_t max_searched_dead = 17;  ///< of the response, in a recording that starts early
+constexpr std::size_t rest = max_slip + taps + order;  ///< blocks before the trial: more than prediction.hpp needs
+constexpr std::size_t max_searched_dead = 17;          ///< of the response, in a recording that starts early
 constexpr int rounds = 3;
 constexpr double chance_gain = 2.0, chance_gain_more = 5.0, inexact_part = 0.02, max_inexact_gain = 250.0;
 constexpr double dead_gain = 60.0;

@@ -53,7 +53,7 @@ class ResponseCheck {
 
  private:
   class Slips;            // fits in which the tilt is read later
-  bool is_short() const;  ///< too short for this check
+  bool is_short() const;  ///< under 40 s or 300 blocks
   /// Returns the blocks' means of a signal, minus their mean; empty for a short trial, and for a constant.
   std::vector<double> centred_blocks(std::span<const double> signal_rad) const;
   /// Returns `rest` plus the blocks by which the tilt is read later.

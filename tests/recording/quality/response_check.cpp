@@ -313,6 +313,32 @@ TEST_CASE("the gain of predicting by the tilt: 12 without a response, large also
   CHECK(ResponseCheck(std::vector<double>(3000, 0.1), 100.0).prediction_of(std::vector<double>(3000, 0.1)).gain == 0.0);
 }
 
+TEST_CASE("a wrong clock is found by the sway, unless a measured tilt shows the right one") {
+  std::vector<double> sway = trial_of_prior(5, 1, [](sim::Parameters& parameters) { parameters[sim::Nv] = 0.05; });
+  const Random sensor(5, sim::streams::sensor_noise, 0);
+  for (const double error : {0.0, 0.003, -0.003}) {
+    CAPTURE(error);
+    std::vector<double> recorded(sway.size());
+    for (std::size_t k = 0; k < sway.size(); ++k) {
+      const double at = std::min((1.0 + error) * static_cast<double>(k), static_cast<double>(sway.size() - 2));
+      const auto before = static_cast<std::size_t>(at);
+      recorded[k] =
+          std::lerp(sway[before], sway[before + 1], at - std::floor(at)) + 0.02 * sim::rad_per_deg * sensor.normal(k);
+    }
+    Recording alone = make_recording(recorded, 100.0), with_tilt = make_recording(recorded, 100.0);
+    with_tilt.signals.add({platform_tilt, "tilt", plan().tilt_rad()});
+    bring_to_protocol(alone, plan());
+    bring_to_protocol(with_tilt, plan());
+    CHECK(test::has(alone.warnings, "clock_differs") == (error != 0.0));
+    CHECK_FALSE(test::has(with_tilt.warnings, "clock_differs"));
+    for (const Warning& warning : alone.warnings)
+      if (warning.code == "clock_differs") {
+        CHECK(warning.severity == Severity::caution);
+        CHECK(test::contains(warning.text, error > 0.0 ? "too slowly" : "too fast"));
+      }
+  }
+}
+
 TEST_CASE("a recording that starts late or early throughout is no slip") {
   for (const int shift : {-150, 100, 200}) {
     CAPTURE(shift);

@@ -102,7 +102,7 @@ TEST_CASE("the order of time: of three controllers and other stimuli, and not ju
     CHECK(of_comtest[0] == 0);
     CHECK(of_comtest[1] >= 10);
   }
-  for (const char* name : {"sines", "seven_sines", "measured"}) {
+  for (const char* name : {"sines", "seven_sines", "raised_cosines"}) {
     CAPTURE(std::string(name));
     CHECK(warned(example(name))[0] == 0);
   }
