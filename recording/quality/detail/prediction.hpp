@@ -16,7 +16,7 @@ struct Prediction {
   /// variable with 12 degrees of freedom. 0 for a signal that its own past determines, as a sine's does.
   double gain = 0.0;
   /// The further decrease if the tilt is read at times (1 + clock_error) t instead of t, to first order, beside a
-  /// constant delay. Of a right clock and a strong response about a chi-squared variable with one degree of freedom;
+  /// constant delay. For a right clock and a strong response about a chi-squared variable with one degree of freedom;
   /// larger by chance for a weak response, below a gain of some 60.
   double clock_gain = 0.0;
   /// Relative, positive for a clock that runs too slowly: the samples' true rate is the stated one over 1 +
