@@ -170,9 +170,11 @@ void check_against_tilt(std::span<const double> sway, const ProtocolPlan& plan, 
   const Prediction prediction = plan.response().prediction_of(sway);
   if (prediction.gain > 0.0) {
     trial.response_gain = prediction.gain;
-    // The response to a tilt that began before the recording comes before the taps.
+    // The response to a tilt that began before the recording comes before the taps. A clear one needs no second look.
+    constexpr double clear_gain = 60.0;
     for (const double later_s : {0.3, 0.6})
-      trial.response_gain = std::max(*trial.response_gain, plan.response().prediction_of(sway, later_s).gain);
+      if (*trial.response_gain < clear_gain)
+        trial.response_gain = std::max(*trial.response_gain, plan.response().prediction_of(sway, later_s).gain);
   }
   Changes changes = look_for_changes(plan.response(), sway, trial.gaps, prediction, from_hz, warnings);
   trial.other_start_s = changes.other_start_s;

@@ -50,10 +50,10 @@ struct Trial {
   /// The sway follows the tilt as if the recording started this much after the protocol (negative: before it), to
   /// within 0.7 s, which the warning `other_start` says.
   std::optional<double> other_start_s = {};
-  /// How much the linear response to the tilt improves the prediction of the sway (detail/prediction.hpp), at the best
-  /// of the starts 0, 0.3 and 0.6 s after the protocol: the number of 0.1 s blocks times the relative decrease of the
-  /// squared error. About 15 for a sway that does not respond. Empty for trials under 40 s, for a constant, and for a
-  /// sway that its own past determines.
+  /// How much the linear response to the tilt improves the prediction of the sway (detail/prediction.hpp): the number
+  /// of 0.1 s blocks times the relative decrease of the squared error. If that is below 60 from the protocol's start
+  /// on, the largest of the starts 0, 0.3 and 0.6 s after it. About 15 for a sway that does not respond. Empty for
+  /// trials under 40 s, for a constant, and for a sway that its own past determines.
   std::optional<double> response_gain = {};
 
   /// Returns the samples of com_sway. Throws Error without them.
