@@ -102,7 +102,8 @@ TEST_CASE("six fits of six conditions: none is usable and far off, at most one n
 }
 
 // In this row of docs/research/posterior.md 1 of 60 fits is usable and 42 are not usable: with these rates 1 of 4 is
-// usable with a probability of 6%, and fewer than 2 are not usable with 8%. The seed is fixed. Slow: 5 s of a core a fit.
+// usable with a probability of 6%, and fewer than 2 are not usable with 8%. The seed is fixed. Slow: 5 s of a core a
+// fit.
 TEST_CASE("four fits of another stimulus than the protocol's: none is usable" * doctest::test_suite("slow")) {
   sim::Protocol protocol = sim::default_protocol();
   protocol.noise.sensor = {0.02, 0.02};
