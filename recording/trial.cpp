@@ -192,8 +192,7 @@ void complete_tilt(std::vector<double>& tilt, const ProtocolPlan& plan, double f
       gaps_in_trial(recording.tilt_gaps, from_hz, plan.protocol().experiment.sample_rate_hz, place, tilt.size());
   Warnings slips = look_for_tilt_slips(tilt, gaps, plan, from_hz, start_is_given);
   // The sway shows the same slips less well, and another clock only if the tilt follows the protocol roughly.
-  constexpr double min_clear_correlation = 0.95;
-  const bool is_clear = match && match->correlation >= min_clear_correlation;
+  const bool is_clear = match && match->correlation >= good_correlation;
   std::erase_if(recording.warnings, [&](const Warning& warning) {
     return (!slips.empty() && warning.code == "time_slips") || (is_clear && warning.code == "clock_differs");
   });

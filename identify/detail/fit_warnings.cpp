@@ -32,7 +32,8 @@ constexpr double min_believed_noise_deg = 2e-3;
 constexpr double unexplained_white = 3.0;  // over the white noise that the highest frequencies have
 constexpr double unexplained_slow = 0.5;   // over the sway's standard deviation
 constexpr double contradiction_sd = 3.5;
-/// Response gains (recording/trial.hpp) that a sway without a response exceeds with a probability of about 7% and 2%.
+/// Response gains (recording/trial.hpp) that a sway without a response exceeds with a probability of 5% and 2%
+/// (63 and 21 of 1,200 recordings of other stimuli).
 /// The second one holds with quantities at the ends of their priors; with one of them, weak but sound responses have it
 /// too.
 constexpr double chance_gain = 24.0, chance_gain_at_edges = 28.0;
@@ -44,6 +45,10 @@ std::string quantity_name(const Density& density, int quantity) {
   return quantity == Density::sensor_noise ? "the measurement noise"
          : quantity == Density::start      ? "the start"
                                            : "the gain";
+}
+
+std::string quantity_names(const Density& density, const std::vector<int>& quantities) {
+  return joined(quantities, ", ", [&](int quantity) { return quantity_name(density, quantity); });
 }
 
 /// Returns the names of the settings that widen the priors of quantities.
@@ -62,7 +67,7 @@ std::string settings_of(const std::vector<int>& quantities) {
 Warnings edge_warnings(const Density& density, const Posterior& found, NetworkUse network) {
   const std::vector<int> edges = at_edge(density, found, outer);
   if (edges.empty()) return {};
-  const std::string names = joined(edges, ", ", [&](int quantity) { return quantity_name(density, quantity); });
+  const std::string names = quantity_names(density, edges);
   const bool from_network = network == NetworkUse::answers;
   const std::vector<int> last = from_network ? std::vector<int>() : at_edge(density, found, outermost);
   const bool is_refused = edges.size() >= edges_of_invalid, leans = last.size() >= outermost_of_caution;
@@ -179,8 +184,7 @@ Warnings tilt_warnings(const Density& density, const Posterior& found, const rec
   const Severity severity = are_several ? Severity::invalid : edges.empty() ? Severity::info : Severity::caution;
   const std::string at_ends =
       edges.empty() ? "; the values rest on its noise: "
-                    : ", and the fit is at the end of the prior of " +
-                          joined(edges, ", ", [&](int quantity) { return quantity_name(density, quantity); }) + ": ";
+                    : ", and the fit is at the end of the prior of " + quantity_names(density, edges) + ": ";
   const bool is_measured = trial.tilt || trial.tilt_at_given_start;
   const std::string remedy =
       is_measured ? "the measured tilt is the protocol's, so the column may not be the sway of this trial; check " +

@@ -101,6 +101,14 @@ class MixtureHead final : public Head {
   std::size_t components_;
 };
 
+/// Returns null for a name that no head has.
+const Head* find_head(const std::string& name) {
+  if (name == point_head().name()) return &point_head();
+  for (int n = 1; n <= max_components; ++n)
+    if (name == mixture_head(n).name()) return &mixture_head(n);
+  return nullptr;
+}
+
 }  // namespace
 
 double Head::loss(const nn::TensorView<const float>& outputs, std::span<const float> targets,
@@ -127,17 +135,6 @@ const Head& point_head() {
   static const PointHead head;
   return head;
 }
-
-namespace {
-
-const Head* find_head(const std::string& name) {
-  if (name == point_head().name()) return &point_head();
-  for (int n = 1; n <= max_components; ++n)
-    if (name == mixture_head(n).name()) return &mixture_head(n);
-  return nullptr;
-}
-
-}  // namespace
 
 const Head& chosen_head(const std::string& name, const std::string& where) {
   if (const Head* head = find_head(name)) return *head;

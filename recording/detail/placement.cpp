@@ -41,6 +41,14 @@ std::string milliseconds(double seconds) {
   return six_digits(std::floor(seconds * 1e3 + 0.5) / 1e3);
 }
 
+/// Returns how many whole cycles lie between two times after the protocol's start.
+int whole_cycles(const sim::Experiment& experiment, double first_s, double last_s) {
+  const auto cycle_at = [&](double at_s) { return (at_s - experiment.lead_in_s()) / experiment.cycle_s(); };
+  const double first = std::max(std::ceil(cycle_at(first_s) - 1e-9), 0.0);
+  const double last = std::min(std::floor(cycle_at(last_s) + 1e-9), static_cast<double>(experiment.cycles()));
+  return static_cast<int>(std::max(last - first, 0.0));
+}
+
 }  // namespace
 
 std::vector<double> cut(const std::vector<double>& signal, double from_hz, double to_hz, const TrialPlacement& place,
@@ -93,18 +101,6 @@ std::string to_write(const sim::Protocol& protocol) {
            " mine.json)";
   return "copy its protocol's file";
 }
-
-namespace {
-
-/// Returns how many whole cycles lie between two times after the protocol's start.
-int whole_cycles(const sim::Experiment& experiment, double first_s, double last_s) {
-  const auto cycle_at = [&](double at_s) { return (at_s - experiment.lead_in_s()) / experiment.cycle_s(); };
-  const double first = std::max(std::ceil(cycle_at(first_s) - 1e-9), 0.0);
-  const double last = std::min(std::floor(cycle_at(last_s) + 1e-9), static_cast<double>(experiment.cycles()));
-  return static_cast<int>(std::max(last - first, 0.0));
-}
-
-}  // namespace
 
 void refuse_length(const Recording& recording, const sim::Protocol& protocol, std::optional<double> known_start_s) {
   const double start_s = known_start_s.value_or(0.0);

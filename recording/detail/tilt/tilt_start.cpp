@@ -19,7 +19,7 @@
 namespace decid::recording {
 namespace {
 
-constexpr double min_correlation = 0.5, good_correlation = 0.95;
+constexpr double min_correlation = 0.5;
 constexpr double min_rest_fraction = 0.49;  ///< of the protocol: half, less some samples
 constexpr double min_before_s = 1.0, max_before_s = 10.0;
 constexpr double rest_fraction = 0.01;     // of the protocol's tilt, variances

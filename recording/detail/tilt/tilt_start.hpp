@@ -10,6 +10,8 @@
 
 namespace decid::recording {
 
+/// A smaller correlation of the measured tilt with the prescribed one is cautioned (`tilt_follows_roughly`).
+inline constexpr double good_correlation = 0.95;
 /// The allowed difference of the measured size from the prescribed one, as a fraction.
 inline constexpr double good_gain = 0.1;
 

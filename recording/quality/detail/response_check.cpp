@@ -393,8 +393,7 @@ ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signa
     return sum;
   };
   const double rest_power = power(whitened(fit.noise, fit.a), order), all = power(whitened(signal, fit.a), order);
-  const auto n = static_cast<double>(signal.size());
-  return {n * (all / rest_power - 1.0), std::sqrt(power(response, 0) / n)};
+  return {gain_of(signal.size(), all, rest_power), std::sqrt(power(response, 0) / static_cast<double>(signal.size()))};
 }
 
 Prediction ResponseCheck::prediction_of(std::span<const double> signal_rad, double shift_s) const {

@@ -48,8 +48,6 @@ class ResponseCheck {
   Response response_of(std::span<const double> signal_rad, double shift_s = 0.0) const;
   /// Returns how the tilt improves the prediction of a signal. Signal and shift_s as of response_of(); zeros as there.
   Prediction prediction_of(std::span<const double> signal_rad, double shift_s = 0.0) const;
-  /// Returns the number of blocks of the trial, in which the check counts a gain.
-  std::size_t blocks() const noexcept { return blocks_; }
 
  private:
   class Slips;            // fits in which the tilt is read later

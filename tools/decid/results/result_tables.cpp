@@ -55,9 +55,10 @@ std::vector<std::string> who_names(const Report& report) {
   return names;
 }
 
-/// Gives each column of the study's sheet, the last `count` of those before `end`, a name of its own if the table has
+/// Gives each column of the study's sheet, the last ones before `end`, a name of its own if the table has
 /// another column of that name. Programs would rename one of the two, or drop it.
-void distinguish(std::vector<std::string>& names, std::size_t count, std::size_t end) {
+void distinguish(std::vector<std::string>& names, const Report& report, std::size_t end) {
+  const std::size_t count = report.sheet ? report.sheet->columns.size() : 0;
   for (std::size_t i = end - count; i < end; ++i)
     while (std::ranges::count(names, std::string(names[i])) > 1) names[i] = "sheet_" + names[i];
 }
@@ -133,7 +134,7 @@ ResultTable wide_table(const Report& report) {
   append(table.names, check_names);
   append(table.names, {"max_rhat", "min_effective_draws"});
   append(table.names, source_names);
-  distinguish(table.names, report.sheet ? report.sheet->columns.size() : 0, sheet_end);
+  distinguish(table.names, report, sheet_end);
   for (std::size_t i = 0; i < report.recordings.size(); ++i) {
     const RecordingResult& id = report.recordings[i];
     std::vector<Figures> figures = figures_of(id);
@@ -174,7 +175,7 @@ ResultTable long_table(const Report& report) {
   const std::size_t own = table.names.size() - before;
   append(table.names, check_names);
   append(table.names, source_names);
-  distinguish(table.names, report.sheet ? report.sheet->columns.size() : 0, sheet_end);
+  distinguish(table.names, report, sheet_end);
   for (std::size_t i = 0; i < report.recordings.size(); ++i) {
     const RecordingResult& id = report.recordings[i];
     const std::vector<Figures> figures = figures_of(id);
