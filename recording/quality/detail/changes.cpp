@@ -16,8 +16,7 @@ namespace {
 
 constexpr double off_deg = 0.3, off_medians = 14.0, slip_gain = 50.0, rest_gain = 26.0;
 /// A weak response is fitted to noise, whose clock gain is larger by chance, and a first order holds for small errors.
-/// One of 18,000 sound trials with every fault of `decid calibrate --faults` and of `evaluate --faults` is above these
-/// limits.
+/// One of 13,000 sound trials, with each fault of recordings, is above these limits.
 constexpr double clock_gain = 14.0, min_clock_response = 60.0, max_clock_error = 0.01;
 constexpr double inferable_start_s = 0.6;  ///< a fit infers up to 0.5 s; starts are found in steps of 0.2 s
 constexpr double movement_deg = 0.3, movement_deviations = 8.0;

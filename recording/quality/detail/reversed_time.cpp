@@ -10,7 +10,7 @@
 namespace decid::recording {
 
 Warnings look_for_reversed_time(std::span<const double> sway_rad, double response_gain, const ProtocolPlan& plan) {
-  // No alarm in 10,200 sound trials of eight protocols, three controllers and two levels of sensory noise.
+  // No alarm in 9,000 sound trials of seven protocols, three controllers and two levels of sensory noise.
   constexpr double min_difference = 30.0, min_ratio = 2.0, max_shift_s = 3.0;
   const ResponseCheck& check = plan.response();
   const std::vector<double> reversed(sway_rad.rbegin(), sway_rad.rend());
