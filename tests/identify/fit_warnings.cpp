@@ -107,7 +107,22 @@ TEST_CASE("warnings of a posterior: quantities at the end of their priors, and c
   CHECK(severities_without_response(trial) == std::vector{Severity::invalid});
   trial.response_gain = 29.0;
   CHECK(severities_without_response(trial).empty());
+  // A measured tilt shows that the platform played this stimulus. A start at its end is no sign of another one.
+  const auto text_of = [&](const recording::Trial& one) {
+    const Warnings warnings = tilt_warnings(density, found, one);
+    REQUIRE(warnings.size() == 1);
+    return warnings.front().text;
+  };
   trial.response_gain = 20.0;
+  CHECK(test::contains(text_of(trial), "protocol"));
+  CHECK(test::contains(text_of(trial), "begin"));
+  trial.tilt.emplace();
+  CHECK(test::contains(text_of(trial), "column"));
+  CHECK_FALSE(test::contains(text_of(trial), "begin"));
+  posterior::State late = density.state(middle, 0);
+  late.start_s = 0.0999;
+  test::set_posterior(found, std::vector(found.states().size(), late), found.rhat(), found.effective_draws());
+  CHECK(tilt_warnings(density, found, trial).front().severity == Severity::info);
   trial.other_start_s = 1.0;
   CHECK(severities_without_response(trial).empty());
 }

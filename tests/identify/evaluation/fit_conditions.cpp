@@ -11,6 +11,28 @@
 #include "base/parallel.hpp"
 
 namespace decid {
+namespace {
+
+/// The default protocol with 0.02 degrees of measurement noise, of bodies that stand as the priors have it.
+sim::Protocol standing_protocol(const FitRequest& request) {
+  sim::Protocol protocol = sim::default_protocol();
+  protocol.noise.sensor = {0.02, 0.02};
+  protocol.standing_s = request.priors.standing_s;
+  return protocol;
+}
+
+/// Returns the row of a fault of recordings of people, fitted with at most `max_draws` draws per chain.
+FitConditionFigures fit_row(const std::string& name, int max_draws, int trials, std::uint64_t seed) {
+  FitRequest request;
+  request.settings.max_draws = max_draws;
+  const sim::Protocol protocol = standing_protocol(request);
+  const std::vector<FitCondition> rows = fit_faults(protocol, request.priors);
+  const auto row = std::ranges::find_if(rows, [&](const FitCondition& one) { return one.fault.name == name; });
+  REQUIRE(row != rows.end());
+  return fit_condition(built_in_model(), protocol, *row, request, trials, seed);
+}
+
+}  // namespace
 
 TEST_CASE("the rows of a protocol's conditions: none, each alone, all together") {
   sim::Protocol protocol = sim::default_protocol();
@@ -45,16 +67,7 @@ TEST_CASE("the rows of faults: start and gain are drawn as the priors have them,
 // Where the offset is taken for sway the error is 1.6.
 // Over 20 s beside other tests: fits of the built-in network's protocol take ten seconds each.
 TEST_CASE("fits of recordings with an offset are as good as without" * doctest::test_suite("long")) {
-  sim::Protocol protocol = sim::default_protocol();
-  protocol.noise.sensor = {0.02, 0.02};
-  FitRequest request;
-  request.settings.max_draws = 60;
-  protocol.standing_s = request.priors.standing_s;
-  const std::vector<FitCondition> rows = fit_faults(protocol, request.priors);
-  const auto offset =
-      std::ranges::find_if(rows, [](const FitCondition& row) { return row.fault.name == "offset_deg"; });
-  REQUIRE(offset != rows.end());
-  const FitConditionFigures found = fit_condition(built_in_model(), protocol, *offset, request, 2, 99);
+  const FitConditionFigures found = fit_row("offset_deg", 60, 2, 99);
   REQUIRE(found.figures);
   CHECK(found.trials == 2);
   CHECK(found.usable + found.caution + found.not_usable == 2);
@@ -70,11 +83,9 @@ TEST_CASE("fits of recordings with an offset are as good as without" * doctest::
 // of a core.
 TEST_CASE("six fits of six conditions: none is usable and far off, at most one not usable" *
           doctest::test_suite("slow")) {
-  sim::Protocol protocol = sim::default_protocol();
-  protocol.noise.sensor = {0.02, 0.02};
   FitRequest request;
   request.settings.max_draws = 24;
-  protocol.standing_s = request.priors.standing_s;
+  const sim::Protocol protocol = standing_protocol(request);
   const std::set<std::pair<std::string, double>> chosen{{"none", 0.0},
                                                         {"at_rest", 0.0},
                                                         {"offset_deg", 0.3},
@@ -105,16 +116,7 @@ TEST_CASE("six fits of six conditions: none is usable and far off, at most one n
 // usable with a probability of 6%, and fewer than 2 are not usable with 8%. The seed is fixed. Slow: 5 s of a core a
 // fit.
 TEST_CASE("four fits of another stimulus than the protocol's: none is usable" * doctest::test_suite("slow")) {
-  sim::Protocol protocol = sim::default_protocol();
-  protocol.noise.sensor = {0.02, 0.02};
-  FitRequest request;
-  request.settings.max_draws = 24;
-  protocol.standing_s = request.priors.standing_s;
-  const std::vector<FitCondition> rows = fit_faults(protocol, request.priors);
-  const auto other =
-      std::ranges::find_if(rows, [](const FitCondition& row) { return row.fault.name == "later_part_s"; });
-  REQUIRE(other != rows.end());
-  const FitConditionFigures found = fit_condition(built_in_model(), protocol, *other, request, 4, 2034);
+  const FitConditionFigures found = fit_row("later_part_s", 24, 4, 2034);
   CHECK(found.usable == 0);
   CHECK(found.not_usable >= 2);
 }

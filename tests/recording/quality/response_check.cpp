@@ -339,6 +339,38 @@ TEST_CASE("a wrong clock is found by the sway, unless a measured tilt shows the 
   }
 }
 
+TEST_CASE("a trial has the gain of its response, from a later start too; none if its own past determines the sway") {
+  const ResponseCheck& check = plan().response();
+  int stronger = 0;
+  for (std::uint64_t i = 0; i < 10; ++i) {
+    std::vector<double> sway = trial_of_prior(5, i, [](sim::Parameters& parameters) { parameters[sim::Nv] = 0.8; });
+    std::shift_left(sway.begin(), sway.end(), 50);  // starts 0.5 s after the protocol
+    const Random sensor(5, sim::streams::sensor_noise, i);
+    for (std::size_t k = 0; k < sway.size(); ++k) sway[k] += 0.02 * sim::rad_per_deg * sensor.normal(k);
+    Recording recording = make_recording(sway, 100.0);
+    const std::optional<double> gain = bring_to_protocol(recording, plan()).response_gain;
+    REQUIRE(gain);
+    const double first = check.prediction_of(sway).gain;
+    CHECK(*gain >= first);
+    if (first >= 60.0) CHECK(*gain == first);
+    if (first < 60.0 && *gain > 1.5 * first) ++stronger;
+  }
+  CHECK(stronger >= 3);
+  // The response to a sine, without noise: its own past determines it but for rounding.
+  sim::Protocol protocol = sim::default_protocol();
+  protocol.experiment.stimulus = sim::Sines{.components = {{0.2, 0.5}}, .cycle_s = 20.0, .cycles = 3};
+  const ProtocolPlan of_sine(protocol);
+  sim::Parameters parameters = protocol.parameters().middle();
+  parameters[sim::Nv] = parameters[sim::Theta] = 0.0;
+  for (const double delay_s : {0.05, 0.08, 0.1, 0.12, 0.15}) {
+    CAPTURE(delay_s);
+    parameters[sim::Delay] = delay_s;
+    std::vector<double> response(of_sine.tilt_rad().size());
+    REQUIRE(sim::Simulator(protocol).run(parameters, Random(1, sim::streams::vestibular_noise, 0), response).valid);
+    CHECK(of_sine.response().prediction_of(response).gain == 0.0);
+  }
+}
+
 TEST_CASE("a recording that starts late or early throughout is no slip") {
   for (const int shift : {-150, 100, 200}) {
     CAPTURE(shift);

@@ -48,8 +48,8 @@ auto shifted(std::ptrdiff_t samples) {
 
 }  // namespace
 
-// 192 of 275 trials of the prior were found: of 40, fewer than 24 have a probability of 7%. None of the 10,200 sound
-// trials of reversed_time.cpp was refused: at one of 10,200, one or more of these 400 have a probability of 4%. The
+// 189 of 275 trials of the prior were found: of 40, fewer than 24 have a probability of 9%. None of the 9,000 sound
+// trials of reversed_time.cpp was refused: at one of 9,000, one or more of these 400 have a probability of 4%. The
 // seed is fixed.
 TEST_CASE("a reversed sway is found in 24 of 40 trials or more, a sound one in none of 400" *
           doctest::test_suite("slow")) {
