@@ -47,7 +47,9 @@ void count_trust(const RecordingResult& id, bool far_off, FitConditionFigures& r
 }  // namespace
 
 std::vector<FitCondition> fit_conditions(const sim::Protocol& protocol) {
-  sim::Protocol none = protocol;
+  sim::Protocol all = protocol;
+  all.heights = {};  // a fit is told the body
+  sim::Protocol none = all;
   none.conditions = {};
   std::vector<FitCondition> rows{{{"none", 0.0, "as simulated"}, none}};
   for (std::size_t c = 0; c < sim::condition_count; ++c) {
@@ -58,7 +60,7 @@ std::vector<FitCondition> fit_conditions(const sim::Protocol& protocol) {
     alone.conditions[condition].fraction = 1.0;
     rows.push_back({{sim::info(condition).key, 0.0, "with this condition"}, alone});
   }
-  if (rows.size() > 2) rows.push_back({{"all", 0.0, "with all conditions"}, protocol});
+  if (rows.size() > 2) rows.push_back({{"all", 0.0, "with all conditions"}, all});
   return rows;
 }
 

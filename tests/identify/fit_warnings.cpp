@@ -4,7 +4,9 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "tests/helpers.hpp"
 #include "tests/posterior/sampling/quick.hpp"
@@ -125,6 +127,101 @@ TEST_CASE("warnings of a posterior: quantities at the end of their priors, and c
   CHECK(tilt_warnings(density, found, trial).front().severity == Severity::info);
   trial.other_start_s = 1.0;
   CHECK(severities_without_response(trial).empty());
+}
+
+TEST_CASE("warnings of a posterior: several ends, divergences, and noise that the recording does not have") {
+  const sim::Protocol protocol = test::sines_protocol();
+  const posterior::Density density(protocol, {});
+  const posterior::Observation observation =
+      density.observe(test::recorded(protocol, test::some_parameters(), 0.02, 0));
+  posterior::Posterior found = posterior::sample(density, observation, test::quick());
+  const AlignedVector<double> middle(static_cast<std::size_t>(density.size()) * posterior::lanes, 0.0);
+  const posterior::State usual = [&] {
+    posterior::State state = density.state(middle, 0);
+    state.sensor_noise_deg = 0.02;
+    state.slow_noise_deg = 0.001;
+    return state;
+  }();
+  // The severity of a code for draws that are all this state, or nothing.
+  const auto severity = [&](const std::string& code, const posterior::State& state, int divergences,
+                            NetworkUse network) -> std::optional<Severity> {
+    test::set_posterior(found, std::vector(found.states().size(), state), found.rhat(), found.effective_draws(),
+                        divergences);
+    for (const Warning& one : posterior_warnings(density, observation, found, network))
+      if (one.code == code) return one.severity;
+    return {};
+  };
+
+  // Two parameters at the last of their ranges are a caution, four are refused, also beside a network's answer.
+  posterior::State at_ends = usual;
+  const auto to_end = [&](std::size_t p) { at_ends.parameters[p] = density.ranges()[p].high; };
+  CHECK_FALSE(severity("at_edge", usual, 0, NetworkUse::beside));
+  to_end(sim::Kp);
+  to_end(sim::Kd);
+  CHECK(severity("at_edge", at_ends, 0, NetworkUse::beside) == Severity::caution);
+  CHECK(severity("at_edge", at_ends, 0, NetworkUse::answers) == Severity::info);
+  to_end(sim::Kp_pass);
+  CHECK(severity("at_edge", at_ends, 0, NetworkUse::none) == Severity::caution);
+  to_end(sim::Kd_pass);
+  for (const NetworkUse network : {NetworkUse::none, NetworkUse::beside, NetworkUse::answers})
+    CHECK(severity("at_edge", at_ends, 0, network) == Severity::invalid);
+
+  // Divergences: above 5% of the transitions, and only where the draws are the answer.
+  const int few = found.draws() / 20;
+  CHECK_FALSE(severity("divergences", usual, few, NetworkUse::beside));
+  CHECK(severity("divergences", usual, few + 1, NetworkUse::beside) == Severity::caution);
+  CHECK_FALSE(severity("divergences", usual, few + 1, NetworkUse::answers));
+
+  // Noise: white of at most the model's own error; white far above that of the highest frequencies; a slow one of more
+  // than half of the sway.
+  double squares = 0.0;
+  for (const double sway : observation.sway) squares += sway * sway;
+  const double sway_deg = std::sqrt(squares / static_cast<double>(observation.sway.size())) / sim::rad_per_deg;
+  const auto with_noise = [&](double white_deg, double slow_deg) {
+    posterior::State state = usual;
+    state.sensor_noise_deg = white_deg;
+    state.slow_noise_deg = slow_deg;
+    return state;
+  };
+  CHECK(severity("little_noise", with_noise(0.0019, 0.001), 0, NetworkUse::beside) == Severity::caution);
+  CHECK_FALSE(severity("little_noise", with_noise(0.0021, 0.001), 0, NetworkUse::beside));
+  CHECK(test::near(observation.noise_deg, 0.02, 0.1));
+  CHECK(severity("unexplained_sway", with_noise(3.1 * observation.noise_deg, 0.001), 0, NetworkUse::beside) ==
+        Severity::caution);
+  CHECK_FALSE(severity("unexplained_sway", with_noise(2.9 * observation.noise_deg, 0.001), 0, NetworkUse::beside));
+  CHECK(severity("unexplained_sway", with_noise(0.02, 0.51 * sway_deg), 0, NetworkUse::beside) == Severity::caution);
+  CHECK_FALSE(severity("unexplained_sway", with_noise(0.02, 0.49 * sway_deg), 0, NetworkUse::beside));
+}
+
+TEST_CASE("a network that contradicts the posterior is a caution with the parameters' names") {
+  const sim::Protocol protocol = test::sines_protocol();
+  const sim::ParameterTable& table = protocol.parameters();
+  const posterior::Density density(protocol, {});
+  posterior::Posterior found = posterior::sample(
+      density, density.observe(test::recorded(protocol, test::some_parameters(), 0.02, 0)), test::quick());
+  // Of one component, with independent coordinates around the middle of the ranges.
+  std::vector<double> outputs{0.0};
+  outputs.resize(1 + table.size(), 0.0);
+  outputs.resize(1 + 2 * table.size(), 1.5);
+  outputs.resize(mixture_outputs(1, table.size()), 0.0);
+  const ParameterDistribution network(Mixture(1, table.size(), outputs), table);
+  const auto warnings_at = [&](double deviations) {
+    posterior::State state = found.states().front();
+    for (std::size_t p = 0; p < table.size(); ++p) state.parameters[p] = network.mean(static_cast<int>(p));
+    state.parameters[sim::Delay] += deviations * network.stddev(sim::Delay);
+    test::set_posterior(found, std::vector(found.states().size(), state), found.rhat(), found.effective_draws());
+    return contradiction_warnings(table, found, network);
+  };
+  CHECK(warnings_at(3.4).empty());
+  CHECK(warnings_at(-3.4).empty());
+  for (const double deviations : {-3.6, 3.6}) {
+    const Warnings warnings = warnings_at(deviations);
+    REQUIRE(warnings.size() == 1);
+    CHECK(warnings[0].code == "network_disagrees");
+    CHECK(warnings[0].severity == Severity::caution);
+    CHECK(test::contains(warnings[0].text, "delay"));
+    CHECK_FALSE(test::contains(warnings[0].text, "Kp"));
+  }
 }
 
 }  // namespace decid

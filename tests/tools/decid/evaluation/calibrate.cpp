@@ -85,7 +85,7 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
   const auto first = run_ok(faults);
   CHECK(first.out == read_text(folder / "f.json"));
   const nlohmann::ordered_json made = nlohmann::ordered_json::parse(first.out);
-  REQUIRE(made["conditions"].size() == 18);
+  REQUIRE(made["conditions"].size() == 19);
   for (const auto& row : made["conditions"]) {
     CHECK(row["trials"] == 1);
     CHECK(row["usable"].get<int>() + row["caution"].get<int>() + row["not_usable"].get<int>() == 1);
@@ -98,12 +98,12 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
   write_text(folder / "f.json", cut.dump());
   const auto resumed = run_ok(faults + " --resume");
   const auto again = nlohmann::ordered_json::parse(resumed.out);
-  REQUIRE(again["conditions"].size() == 18);
+  REQUIRE(again["conditions"].size() == 19);
   CHECK(again["conditions"][0]["usable"] == 77);
   CHECK(again["conditions"][5]["figures"] == made["conditions"][5]["figures"]);
   // A call that resumes says how many rows there are.
   const auto told = run_ok("calibrate --faults --protocol " + folder / "p.json" + options + " --resume");
-  CHECK(told.err == "calibrate: resuming: " + folder / "f.json" + " has 18 of 18 rows\n");
+  CHECK(told.err == "calibrate: resuming: " + folder / "f.json" + " has 19 of 19 rows\n");
   check_refused(faults + " --resume --seed 9", "seed is 9, and was 2026");
   check_refused(std::string(faults).replace(faults.find("--trials 1"), 10, "--trials 2") + " --resume",
                 "trials is 2, and was 1");
