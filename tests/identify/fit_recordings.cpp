@@ -180,6 +180,26 @@ TEST_CASE("a fit does not use samples that were not measured") {
   CHECK(inferred.log_likelihood.size() == result.fit->stored_draws.size() * recorded);
 }
 
+TEST_CASE("a recording with an oscillation that the draws do not have is a caution") {
+  const std::vector<float> sway = recorded(sines_protocol(), some_parameters(), 0.02, 0);
+  std::vector<RecordingResult> read(2);
+  read[0].trial = recording::make_trial(sway);
+  std::vector<float> shaken = sway;
+  for (std::size_t k = 0; k < shaken.size(); ++k)
+    shaken[k] +=
+        static_cast<float>(0.5 * sim::rad_per_deg * std::sin(2.0 * sim::pi * 2.0 * static_cast<double>(k) / 100.0));
+  read[1].trial = recording::make_trial(shaken);
+  Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
+  CHECK(fitter.fit(read));
+  const auto severity = [](const RecordingResult& result) -> std::optional<Severity> {
+    for (const Warning& one : result.warnings)
+      if (one.code == "unlike_simulated") return one.severity;
+    return {};
+  };
+  CHECK_FALSE(severity(read[0]));
+  CHECK(severity(read[1]) == Severity::caution);
+}
+
 TEST_CASE("a constant recording, and one with too many gaps, is an error of its own, also among several of a person") {
   std::vector<RecordingResult> read = of_one_participant(), alone = of_one_participant();
   for (const std::size_t constant : {std::size_t{2}, std::size_t{3}})

@@ -65,6 +65,7 @@ TEST_CASE("fit page") {
     const Posterior& found = fit.posterior;
     CHECK(data()["version"] == version);
     CHECK(data()["seed"] == 5);
+    CHECK(data()["other_answer"]["command"] == "decid identify");
     CHECK(shown["answer"] == "posterior");
     CHECK(data()["recordings"][1]["answer"] == "network");
     CHECK(data()["recordings"][1]["warnings"][0]["code"] == "chains_disagree");
