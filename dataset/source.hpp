@@ -1,4 +1,4 @@
-// Sources of trials for training: a data set, in memory or on disk, or a stream of fresh simulated trials by number.
+// Sources of trials for training: a data set, in memory or on disk, or a stream of new simulated trials by number.
 // feed.hpp makes batches of them.
 #pragma once
 

@@ -164,9 +164,10 @@ void continue_as_prescribed(std::span<double> tilt, std::span<const double> pres
   for (std::size_t k = last + 1; k < tilt.size(); ++k) continue_from(last, k);
 }
 
-/// Warns of a sway that does not continue as it began, or not as the protocol's tilt; sets the trial's other_start_s.
-void check_against_tilt(std::span<const double> sway, const ProtocolPlan& plan, double from_hz, Trial& trial,
-                        Warnings& warnings) {
+/// Returns warnings of a sway that does not continue as it began, or not as the protocol's tilt; sets the trial's
+/// response_gain and other_start_s. known: the recording's other warnings.
+Warnings check_against_tilt(std::span<const double> sway, const ProtocolPlan& plan, double from_hz,
+                            const Warnings& known, Trial& trial) {
   const Prediction prediction = plan.response().prediction_of(sway);
   if (prediction.gain > 0.0) {
     trial.response_gain = prediction.gain;
@@ -176,11 +177,12 @@ void check_against_tilt(std::span<const double> sway, const ProtocolPlan& plan, 
       if (*trial.response_gain < clear_gain)
         trial.response_gain = std::max(*trial.response_gain, plan.response().prediction_of(sway, later_s).gain);
   }
-  Changes changes = look_for_changes(plan.response(), sway, trial.gaps, prediction, from_hz, warnings);
+  Changes changes = look_for_changes(plan.response(), sway, trial.gaps, prediction, from_hz, known);
   trial.other_start_s = changes.other_start_s;
-  append(warnings, std::move(changes.warnings));
+  Warnings warnings = std::move(changes.warnings);
   append(warnings, look_for_reversed_time(sway, prediction.gain, plan));
   append(warnings, look_for_repeated_cycle(sway, plan, from_hz));
+  return warnings;
 }
 
 /// Continues a measured tilt beyond the recording's ends, and warns of its slips.
@@ -271,7 +273,8 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   add_change(recording);
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
-    if (signal.name == com_sway) check_against_tilt(values, plan, from_hz, trial, recording.warnings);
+    if (signal.name == com_sway)
+      append(recording.warnings, check_against_tilt(values, plan, from_hz, recording.warnings, trial));
     if (&signal == tilt)
       complete_tilt(values, plan, from_hz, place, options.start_s.has_value(), trial, recording);
     else

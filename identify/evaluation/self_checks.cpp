@@ -79,8 +79,8 @@ std::string trials_hash() {
 std::vector<SelfCheck> self_checks() {
   return {{"50 steps of a small network", "531d03fff66e4df54207e485c5495f27f511e7e607a2f00674e6cf666af1f30c",
            [](Communicator* group) { return steps_hash(24, 50, group); }, true},
-          {"two epochs on fresh trials", "ad2a40550c932b3b6e97e1655532ca8ce4b27199ec0da89dd23d9eeafd5d0ec0",
-           stream_hash, true},
+          {"two epochs on new trials", "ad2a40550c932b3b6e97e1655532ca8ce4b27199ec0da89dd23d9eeafd5d0ec0", stream_hash,
+           true},
           {"8 steps of 269 samples", "44ea4cf23c4181316a647f4c9ffdd471b01ee069fdf1402336cc859b417e7f79",
            [](Communicator* group) { return steps_hash(269, 8, group); }, true},
           {"32 trials with measurement noise", "cbf256c0ab11916a12a5e5fbb972b7a0d218cb6b6fcde59944bc1cb319ec641b",

@@ -17,7 +17,8 @@ struct SelfCheck {
   bool is_shared;  ///< several processes can compute it together
 };
 
-/// Returns the checks, each of a few seconds: training steps, a training on fresh trials, simulated trials.
+/// Returns the checks, each of a few seconds: training steps, a training on new trials in every epoch, simulated
+/// trials.
 std::vector<SelfCheck> self_checks();
 
 }  // namespace decid

@@ -1,4 +1,4 @@
-// Trains a small network on fresh trials as they are made, with the installed libraries; training must help. Includes
+// Trains a small network on new trials as they are made, with the installed libraries; training must help. Includes
 // are written as decid's own are.
 #include <cstdio>
 #include <vector>
@@ -49,6 +49,6 @@ std::vector<double> train_on_stream(int trials, int batch, int epochs) {
 
 int main() {
   const std::vector<double> errors = train_on_stream(100, 25, 3);
-  std::printf("mean squared error of three epochs on fresh trials: %.3f %.3f %.3f\n", errors[0], errors[1], errors[2]);
+  std::printf("mean squared error of three epochs on new trials: %.3f %.3f %.3f\n", errors[0], errors[1], errors[2]);
   return errors[2] < errors[0] ? 0 : 1;
 }

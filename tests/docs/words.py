@@ -7,6 +7,7 @@ WORDS = {
     "anew": "again", "mended": "fixed", "dear": "expensive", "dearer": "more expensive", "dearest": "most expensive",
     "besides": "also", "likewise": "in the same way, also", "told": "given, reported", "somebody": "you, or name the actor",
     "so many": "this many, the number of", "in place of": "instead of", "held by": "verified by", "ladder": "dependency layers",
+    "fresh trial": "new trial", "fresh trials": "test trials, or trials that are simulated during training",
 }
 OPENINGS = {"Of": "put the subject first", "Beside": "name the subject, then 'also'", "Besides": "name the subject, then 'also'",
             "What": "name the subject", "Whether": "name the subject", "That": "repeat the noun", "Those": "repeat the noun"}

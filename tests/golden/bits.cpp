@@ -31,7 +31,7 @@ constexpr const char* golden =
 
 }  // namespace
 
-TEST_CASE("golden: two epochs on fresh trials, with every instruction set" * doctest::test_suite("golden")) {
+TEST_CASE("golden: two epochs on new trials, with every instruction set" * doctest::test_suite("golden")) {
   const auto instruction_sets = decid::available_isas();
   CHECK(instruction_sets.size() >= 2);  // the reference, and the processor's
   for (const decid::Isa isa : instruction_sets) {
@@ -40,7 +40,7 @@ TEST_CASE("golden: two epochs on fresh trials, with every instruction set" * doc
   }
 }
 
-TEST_CASE("golden: two epochs on fresh trials, with any number of threads" * doctest::test_suite("golden")) {
+TEST_CASE("golden: two epochs on new trials, with any number of threads" * doctest::test_suite("golden")) {
   for (const char* threads : {"1", "2", "3", "8"}) {
     CAPTURE(threads);
     CHECK(train("", std::string(" --threads ") + threads) == golden);

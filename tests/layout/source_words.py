@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Fails on a comment or a message of a source that has a word or an opening which CONTRIBUTING.md avoids, on a comment that
-names a source which does not exist, and on an elementary function of the system's library in a folder whose results have the same bits on every machine.
+names a source which does not exist, on an elementary function of the system's library in a folder whose results have the same bits on every machine,
+and on JSON that is printed without a rule for text that is not UTF-8.
 
     tests/layout/source_words.py [ROOT]
 
@@ -20,6 +21,7 @@ OWN = ("tests/docs/words.py", "tests/docs/test_check_docs.py", "tests/layout/tes
 LIBRARY_FUNCTION = re.compile(r"std::(pow|exp|log|sin|cos|atan2|hypot|arg)\(")  # base/math/math.hpp has decid's own
 SAME_BITS = ("base", "sim", "nn", "dataset", "posterior", "identify", "recording")
 SYSTEM_BITS = ()  # files of these folders that may call the system's, each with the reason
+RAW_JSON = re.compile(r"\.dump\(\s*\d+\s*\)")  # ends in an exception for the name of a file that is not UTF-8
 NAMED = re.compile(r"(?<![\w/.<*-])[A-Za-z_][\w/-]*\.(?:hpp|cpp|cmake|py|js)\b(?![\w(/.-]\w)")
 EXAMPLES = ("tests/docs/", "tests/layout/")  # comments of these folders name sources that are not the project's
 SCRIPTS = ("analyse", "bench*", "build", "check", "demo", "fuzz", "mutate", "reproduce-paper", "sbom", "setup")
@@ -71,6 +73,15 @@ def library_functions(path, text):
             yield number, f"std::{name} has other bits on other machines: use decid::{name} or sqrt (base/math/math.hpp)"
 
 
+def raw_json(path, text):
+    """Yields the line number and the complaint of each indented print of JSON that refuses text which is not UTF-8."""
+    if path.startswith("tests/"):
+        return
+    for number, line in enumerate(text.splitlines(), 1):
+        if RAW_JSON.search(COMMENT.sub(r"\g<code>", line)):
+            yield number, "dump() throws for a file's name that is not UTF-8: use print_json() (base/files/json_object.hpp)"
+
+
 def path_ends(sources):
     """The names by which a comment may call sources: nn/layers/conv.hpp, layers/conv.hpp, conv.hpp."""
     return {"/".join(parts[i:]) for parts in (source.split("/") for source in sources) for i in range(len(parts))}
@@ -92,7 +103,7 @@ def main(root):
     found = [f"{path}:{number}: {complaint}" for path in files if (root / path).exists() and path not in OWN
              for number, passage in passages(with_slashes((root / path).read_text(), Path(path).suffix)) for complaint in complaints(passage)]
     found += [f"{path}:{number}: {complaint}" for path in files if (root / path).exists() and Path(path).suffix in (".cpp", ".hpp")
-              for number, complaint in library_functions(path, (root / path).read_text())]
+              for check in (library_functions, raw_json) for number, complaint in check(path, (root / path).read_text())]
     ends = path_ends(subprocess.run(["git", "ls-files"], cwd=root, check=True, capture_output=True, text=True).stdout.split())
     found += [f"{path}:{number}: {complaint}" for path in files if (root / path).exists() and not path.startswith(EXAMPLES)
               for number, complaint in missing_files(with_slashes((root / path).read_text(), Path(path).suffix), ends)]

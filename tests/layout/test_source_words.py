@@ -35,6 +35,11 @@ class Words(unittest.TestCase):
         self.assertEqual(list(words.library_functions("tests/sim/frf.cpp", call)), [])
         self.assertEqual(list(words.library_functions("sim/frf.cpp", "decid::exp(x); std::sqrt(x); std::log2(x);  // std::exp(x)")), [])
 
+    def test_json_is_printed_with_a_rule_for_other_bytes(self):
+        self.assertEqual([number for number, _ in words.raw_json("tools/decid/a.cpp", "\nout << json.dump(2);")], [2])
+        self.assertEqual(list(words.raw_json("tests/a.cpp", "json.dump(2);")), [])
+        self.assertEqual(list(words.raw_json("tools/a.cpp", "json.dump(1, ' ', false, replace); json.dump();  // no .dump(2)")), [])
+
     def test_a_source_that_a_comment_names_exists(self):
         ends = words.path_ends(["sim/fft.hpp", "sim/fft.cpp"])
         self.assertEqual(list(words.missing_files("// See fft.hpp and sim/fft.cpp.\nf();  // as nn/fft.hpp", ends)),

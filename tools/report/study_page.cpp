@@ -40,7 +40,7 @@ Json known_json(const sim::ParameterTable& table, const KnownTrial& trial) {
 Json distribution_json(const sim::ParameterTable& table, const dataset::TrialDistributions& trials) {
   Json json;
   for (std::size_t p = 0; p < table.size(); ++p)
-    json[table[p].name] = {{"mean", trials.parameters[p].mean()}, {"deviation", trials.parameters[p].stddev()}};
+    json[table[p].name] = {{"mean", trials.parameters[p].mean()}, {"sd", trials.parameters[p].stddev()}};
   return json;
 }
 
@@ -73,7 +73,7 @@ Json paper_json(const ModelStudy& study) {
           {"double_pendulum_squared_error", paper::double_pendulum_squared_error},
           {"human_peak_to_peak_deg", paper::human_peak_to_peak_deg},
           {"mean", of_parameters(paper::mean)},
-          {"deviation", of_parameters(paper::stddev)}};
+          {"sd", of_parameters(paper::stddev)}};
 }
 
 /// Returns the squared error of a parameter as the paper counts it: over the standard deviation that its table 1
@@ -94,7 +94,8 @@ std::string shown(double value, const char* how = "%.4f") {
   return std::isfinite(value) ? format(how, value) : "n/a";
 }
 
-/// Rows of the table: what, ours by MSE, by MATLAB's loss and by the paper's deviations (or one figure), the paper's.
+/// Rows of the table: what, ours by MSE, by MATLAB's loss and by the paper's standard deviations (or one figure), the
+/// paper's.
 struct Row {
   std::string what, ours, ours_matlab, ours_by_paper, paper;
 };
@@ -294,7 +295,7 @@ Json study_json(const ModelStudy& study) {
   json["comparisons"] = Json::array();
   for (const ComparisonFigures& comparison : study.comparisons)
     json["comparisons"].push_back(comparison_json(comparison));
-  json["mse_by_paper_deviation"] = by_paper_json(study);
+  json["mse_by_paper_sd"] = by_paper_json(study);
   json["seconds"] = Json::object();
   for (const auto& [name, seconds] : study.seconds) json["seconds"][name] = seconds;
   json["notes"] = study.notes;

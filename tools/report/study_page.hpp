@@ -25,7 +25,8 @@ inline constexpr sim::Parameters stddev{338.0956, 122.7999, 102.1054, 68.5447, 0
 /// (epochs, kept_epoch; null without a log), errors (training, validation, fresh: each mse, matlab_loss,
 /// mse_per_parameter, trials, or null), double_pendulum, recording (null without), sample, worth (for each level
 /// sensor_noise_deg, mse, .., by_amplitude_deg and by_nv: low, high, trials, mse, mse_per_parameter, mean_guess_mse),
-/// learning_curve, comparisons (as in comparison_page.hpp), seconds, notes, paper: the numbers it prints.
+/// learning_curve, comparisons (as in comparison_page.hpp), mse_by_paper_sd, seconds, notes, paper: the numbers
+/// it prints.
 Json study_json(const ModelStudy& study);
 
 /// Returns this program's numbers beside the paper's.

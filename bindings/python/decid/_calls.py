@@ -420,7 +420,7 @@ def train(data: Union[Dataset, Protocol, Path], *, preset: str = "best", archite
           on_epoch: Optional[Callable[[Epoch], object]] = None) -> Model:
     """Trains a model, with the weights of `decid train`, which also leaves checkpoints: use it for long trainings.
 
-    data: a Dataset or its .npz file, or a protocol of which fresh trials are simulated in every epoch: stream_trials of them, and
+    data: a Dataset or its .npz file, or a protocol of which new trials are simulated in every epoch: stream_trials of them, and
     validation_trials for validation. None is the preset's (docs/guide/models.md). architecture: layers, one a line; image:
     settings as `decid info --json` shows them. patience: epochs without improvement before it stops and keeps the best.
     on_batch(epoch, done, trials), on_epoch(Epoch): called on the way; what they raise ends the training."""

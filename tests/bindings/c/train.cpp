@@ -50,7 +50,7 @@ OwnedModel train(const decid_dataset* dataset, const decid_protocol* protocol, c
 
 }  // namespace
 
-TEST_CASE("training has the weights of the library's, on fresh trials and on a data set") {
+TEST_CASE("training has the weights of the library's, on new trials and on a data set") {
   const OwnedProtocol played = protocol("default");
   std::vector<decid_training> reported;
   decid_train_options options = tiny();

@@ -1,4 +1,4 @@
-// Recalibration: what it maps, that networks which promise too much are put right on fresh trials, its file.
+// Recalibration: what it maps, that overconfident networks have the stated coverage on test trials, its file.
 #include "identify/network/recalibration.hpp"
 
 #include <omp.h>

@@ -37,7 +37,7 @@ TEST_CASE("the models beside it are those that docs/guide/models.md describes") 
 /// The mean squared error over 7 z-scored parameters, with noise-free sway.
 constexpr double built_in_mse = 0.20084474340069522;
 
-TEST_CASE("the built-in model's error on a fixed set of fresh trials") {
+TEST_CASE("the built-in model's error on a fixed set of test trials") {
   dataset::DatasetRequest request;
   request.count = 100;
   request.seed = 4242;  // the model was trained on seed 1
@@ -48,7 +48,7 @@ TEST_CASE("the built-in model's error on a fixed set of fresh trials") {
       predict(model, data.trials(), 64, sways_in_memory([&](int i) { return data.trial(i); }));
   const Evaluation result = evaluate(model.targets, to_scores(model, outputs), data.parameters);
   CHECK(result.trials == 100);
-  // The bits are promised: any other figure means that simulator, image, kernels or weights have changed.
+  // The same bits everywhere: any other figure means that simulator, image, kernels or weights have changed.
   CHECK(result.mse() == built_in_mse);
   CHECK(near(result.matlab_loss(), 3.5 * built_in_mse, 1e-15));
 }

@@ -57,7 +57,7 @@ TEST_CASE("controllers: data set, training, identification, study and export of 
                                        .out);
     CHECK(study["errors"]["fresh"]["mse_per_parameter"].size() == model->parameters.size());
     CHECK(study["double_pendulum"].is_null());
-    CHECK(study["mse_by_paper_deviation"]["fresh"].is_null());
+    CHECK(study["mse_by_paper_sd"]["fresh"].is_null());
     CHECK(study["paper"]["mean"].empty());
     const Json compared = Json::parse(
         run_ok("evaluate --json --quiet --split all --data " + of.data + " --model " + of.folder / "s.safetensors")

@@ -43,6 +43,9 @@ TEST_CASE("a network alone: info shows its layers, and tensors that were skipped
   CHECK(json.at("parameters") == made().parameter_count());
   CHECK(json.at("weights_sha256") == nn::weights_sha256(made()));
   CHECK(json.at("skipped").empty());
+  nn::write_network(made(), folder / "m\xff.safetensors");  // JSON is UTF-8, a file's name need not be
+  const Json other = Json::parse(run_ok("info --json " + folder / "m\xff.safetensors").out);
+  CHECK(other.at("network").get<std::string>().ends_with("m\xEF\xBF\xBD.safetensors"));
 
   // As a program of PyTorch would write it: half precision, no hash, and a count.
   const std::string header =

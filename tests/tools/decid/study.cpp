@@ -87,16 +87,16 @@ TEST_CASE("a study of a model with its data set, a recording and a learning curv
   CHECK(json.at("learning_curve").size() == 3);
   CHECK(json.at("paper").at("validation_loss") == 0.2851);
   // The paper's standard deviations: theta's and Kd_pass's exceed half of their range, which no distribution can.
-  const Json& stddevs = json.at("paper").at("deviation");
+  const Json& stddevs = json.at("paper").at("sd");
   for (const std::string name : {"theta", "Kd_pass"}) {
     const auto info =
         *std::ranges::find(decid::sim::single_pendulum().parameters, name, &decid::sim::ParameterInfo::name);
     CHECK(stddevs.at(name).get<double>() > 0.5 * (info.high - info.low));
   }
-  const double guess = json.at("mse_by_paper_deviation").at("mean_guess");
+  const double guess = json.at("mse_by_paper_sd").at("mean_guess");
   CHECK(guess > 0.4);
   CHECK(guess < 0.7);
-  CHECK(json.at("mse_by_paper_deviation").at("validation").get<double>() <
+  CHECK(json.at("mse_by_paper_sd").at("validation").get<double>() <
         json.at("errors").at("validation").at("mse").get<double>());
 
   // The log's best epoch is the one kept, and its error that of the finished model.

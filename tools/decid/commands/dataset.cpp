@@ -127,7 +127,7 @@ void make_dataset(const DatasetOptions& options) {
   figures.bytes = std::filesystem::file_size(options.output);
   if (!options.report.empty() && is_root()) write_file(options.report, dataset_html(figures));
   if (!options.common.quiet) std::cerr << summary(figures, seconds);
-  if (options.common.json) std::cout << dataset_json(figures).dump(2) << '\n';
+  if (options.common.json) std::cout << print_json(dataset_json(figures)) << '\n';
 }
 
 }  // namespace

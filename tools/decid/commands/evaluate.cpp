@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "base/error.hpp"
+#include "base/files/json_object.hpp"
 #include "base/text.hpp"
 #include "dataset/npz/npz.hpp"
 #include "identify/evaluation/calibration.hpp"
@@ -194,7 +195,7 @@ void evaluate_models(EvaluateOptions options) {
   for (std::size_t i = 0; i < models.size(); ++i)
     all.push_back(evaluated(options, models[i], model_name(options.models[i]), stored, chosen));
   if (options.common.json)
-    std::cout << to_json_object(all).dump(2) << '\n';
+    std::cout << print_json(to_json_object(all)) << '\n';
   else
     std::cout << (all.size() == 1 ? to_text(all.front(), options.data) : table_for(all, options.data));
 }

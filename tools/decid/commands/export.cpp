@@ -110,7 +110,7 @@ void print_written(const ExportOptions& options, const std::string& name, const 
               {"arena_bytes", plan.arena.bytes}};
     json.update(more);
     json["weights_sha256"] = hash;
-    std::cout << json.dump(2) << '\n';
+    std::cout << print_json(json) << '\n';
   } else if (!options.common.quiet) {
     std::cout << format("%s.h and %s.c written to %s\n%lld bytes of weights, %lld of arena", name.c_str(), name.c_str(),
                         options.output.c_str(), plan.weight_bytes(), plan.arena.bytes)
@@ -315,7 +315,7 @@ void export_controller(ControllerOptions options, const Command& command) {
   warn(options, chosen.body.has_value(), body, made.limits);
   write_files(options.output, options.name, Kind::controller, made.files);
   if (options.common.json)
-    std::cout << controller_json(options, body, !chosen.body, steps_per_second, made.limits).dump(2) << '\n';
+    std::cout << print_json(controller_json(options, body, !chosen.body, steps_per_second, made.limits)) << '\n';
   if (options.common.quiet || options.common.json) return;
   std::cerr << format("%s.h and %s.c written to %s%s, for a body of %s\n", options.name.c_str(), options.name.c_str(),
                       options.output.c_str(), chosen.which.empty() ? "" : (", of " + chosen.which).c_str(),

@@ -79,7 +79,7 @@ void print_json_of(const char* kind, const std::string& name, const nn::Network<
             {"flops", network.flops()}};
   json.update(more);
   json["weights_sha256"] = nn::weights_sha256(network);
-  std::cout << json.dump(2) << '\n';
+  std::cout << print_json(json) << '\n';
 }
 
 /// Prints a network without protocol, image and head.
@@ -114,7 +114,7 @@ Json controllers_json() {
 /// Prints each controller with its parameters and their ranges for the default body.
 void list_controllers(bool as_json) {
   if (as_json) {
-    std::cout << controllers_json().dump(2) << '\n';
+    std::cout << print_json(controllers_json()) << '\n';
     return;
   }
   for (const sim::BodyModel* model : sim::body_models()) {

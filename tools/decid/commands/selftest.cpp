@@ -72,7 +72,7 @@ void run_selftest(const SelftestOptions& options) {
                       {"sha256", result.sha256},
                       {"expected", result.expected},
                       {"ok", result.ok()}});
-    std::cout << Json{{"decid", version}, {"ok", wrong == 0}, {"checks", list}}.dump(2) << '\n';
+    std::cout << print_json({{"decid", version}, {"ok", wrong == 0}, {"checks", list}}) << '\n';
   } else {
     for (const SelfResult& result : results)
       std::cout << format("%-7s %-30s %s", result.ok() ? "ok" : "WRONG", result.check.c_str(), result.of.c_str())

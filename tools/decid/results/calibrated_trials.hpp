@@ -1,5 +1,6 @@
 // Reads and writes the trials of a calibration, and the rows of its tables, as JSON, so that a later call can continue
-// from them.
+// from them. The output of `decid calibrate --resume` is its own journal: trials and rows that it has are not fitted
+// again.
 #pragma once
 
 #include <string>

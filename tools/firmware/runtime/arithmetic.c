@@ -1,4 +1,4 @@
-/* ---- Arithmetic with promised bits ----------------------------------------------------------------------------------
+/* ---- Arithmetic with the same bits on every processor ---------------------------------------------------------------
    IEEE 754 additions, multiplications and divisions, and what C99 has only in libm: fused multiply-add, square root. */
 
 /* Both make of NaN and infinity what they like: such inputs would be answered as if they were numbers. */

@@ -24,9 +24,9 @@ function distributions(set) {
       "within the paper\u2019s ranges can have the paper\u2019s standard deviations."),
     element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number("Mean"), number("SD"),
       number("Paper\u2019s mean"), number("Paper\u2019s SD"))),
-    element("tbody", {}, ...Object.entries(set.after_enrichment).map(([name, { mean, deviation }]) => element("tr", {},
+    element("tbody", {}, ...Object.entries(set.after_enrichment).map(([name, { mean, sd }]) => element("tr", {},
       element("th", { scope: "row" }, name),
-      ...cells([mean, deviation, report.paper.mean[name], report.paper.deviation[name]].map(digits)))))));
+      ...cells([mean, sd, report.paper.mean[name], report.paper.sd[name]].map(digits)))))));
 }
 
 function faults() {

@@ -82,7 +82,7 @@ void print_summary(const TrainOptions& options, const Model& model) {
                      {"validation_mse", kept.validation_mse},
                      {"validation_matlab_loss", matlab_factor(model) * kept.validation_mse}});
   }
-  std::cout << json.dump(2) << '\n';
+  std::cout << print_json(json) << '\n';
 }
 
 void write_report(const TrainOptions& options, const Model& model, const std::vector<EpochLog>& log, bool finished) {
