@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "identify/detail/fit_warnings.hpp"
 #include "identify/detail/fitter.hpp"
 #include "identify/fit_recordings.hpp"
 
@@ -37,6 +38,18 @@ std::vector<std::vector<std::size_t>> common_unknowns(const std::vector<std::str
 
 }  // namespace
 
+/// Returns true if the recording is not for the others' fit, because it would bias what they tell; `one` then has a fit
+/// of its own. A recording that hardly follows the tilt, perhaps of another stimulus, is fitted alone to decide that.
+bool Fitter::is_left_out(RecordingResult& one, const posterior::OnProgress& progress) {
+  const bool is_known = !reason_to_leave_out(one).empty();
+  if (!is_known && !may_not_follow_tilt(one.trial)) return false;
+  RecordingResult alone = one;
+  fit(alone, prepare(alone), progress);
+  if (!is_known && reason_to_leave_out(alone).empty()) return false;
+  one = std::move(alone);
+  return true;
+}
+
 struct Fitter::Member {
   Fitter* fitter;
   RecordingResult* result;
@@ -53,8 +66,7 @@ void Fitter::fit_together(std::span<RecordingResult> read, const FitterOf& fitte
     if (one.error) continue;
     attempt(one, [&] {  // the others are fitted without a recording that has an error
       Fitter& fitter = fitter_of(place);
-      if (!reason_to_leave_out(one).empty())
-        return fitter.fit(one, fitter.prepare(one), progress);  // it would bias what the others tell
+      if (fitter.is_left_out(one, progress)) return;
       members.push_back(
           {&fitter, &one, group.conditions.empty() ? std::string() : group.conditions[i], fitter.prepare(one)});
     });

@@ -63,12 +63,14 @@ class Fitter {
   struct Member;
   using FitterOf = std::function<Fitter&(std::size_t recording)>;
   void fit(RecordingResult& result, const Prepared& prepared, const posterior::OnProgress& progress);
-  /// Fits the recordings of a group that have no error. One that reading has found not usable, or whose platform tilted
-  /// by another size, is fitted alone. An error of one does not affect the others.
+  /// Fits the recordings of a group that have no error. One that reading has found not usable, whose platform tilted by
+  /// another size, or that hardly follows the tilt and is not usable by a fit of its own, is fitted alone. An error of
+  /// one does not affect the others.
   static void fit_together(std::span<RecordingResult> read, const FitterOf& fitter_of, const FitGroup& group,
                            const posterior::OnProgress& progress);
   /// Throws Error if the recordings cannot be fitted together.
   static void fit_jointly(std::deque<Member>& members, const posterior::OnProgress& progress);
+  bool is_left_out(RecordingResult& one, const posterior::OnProgress& progress);
   Prepared prepare(RecordingResult& result);
   /// Compares the draws with the network's answer, which replaces the estimate if the chains disagree.
   NetworkAnswer ask_network(RecordingResult& result);

@@ -175,8 +175,12 @@ Warnings posterior_warnings(const Density& density, const posterior::Observation
   return warnings;
 }
 
+bool may_not_follow_tilt(const recording::Trial& trial) {
+  return trial.response_gain && !trial.other_start_s && *trial.response_gain <= chance_gain_at_edges;
+}
+
 Warnings tilt_warnings(const Density& density, const Posterior& found, const recording::Trial& trial) {
-  if (!trial.response_gain || trial.other_start_s) return {};
+  if (!may_not_follow_tilt(trial)) return {};
   std::vector<int> edges = at_edge(density, found, outer);
   std::erase(edges, int{Density::start});  // of a recording that starts elsewhere
   const bool are_several = edges.size() >= edges_without_response;

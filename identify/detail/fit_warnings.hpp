@@ -25,6 +25,9 @@ std::vector<int> at_edge(const posterior::Density& density, const posterior::Pos
 Warnings posterior_warnings(const posterior::Density& density, const posterior::Observation& observation,
                             const posterior::Posterior& found, NetworkUse network);
 
+/// Returns true if tilt_warnings() of some posterior are not empty.
+bool may_not_follow_tilt(const recording::Trial& trial);
+
 /// Returns `tilt_not_followed` if the sway does not measurably respond to the tilt, from the protocol's start or up to
 /// 0.6 s later; nothing if the trial has `other_start`. With another stimulus than the protocol's, the fit drives
 /// quantities to the ends of their priors: info for none of them there, caution for one, invalid for two or more

@@ -273,6 +273,25 @@ TEST_CASE("a recording that the group leaves out is fitted alone; a stop marks t
   CHECK_FALSE(read[3].fit->stopped);
 }
 
+TEST_CASE("a recording that hardly follows the tilt is fitted alone first, and joins the others if it is usable") {
+  Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
+  const FitGroup group{{0, 2, 3}, {}};
+  const auto files_with = [&](double gain, bool is_of_this_stimulus) {
+    std::vector<RecordingResult> read = of_one_participant();
+    read[2].trial.response_gain = gain;
+    if (!is_of_this_stimulus) std::ranges::reverse(read[2].trial.sway_rad());
+    CHECK(fit_each(
+        read, [&](std::size_t) -> Fitter& { return fitter; }, {}, {}, std::span(&group, 1)));
+    REQUIRE(read[2].fit);
+    CHECK(read[2].fit->joint.has_value() == reason_to_leave_out(read[2]).empty());
+    return read[0].fit->joint->files;
+  };
+  const std::vector<std::string> all{"trial0.csv", "trial2.csv", "trial3.csv"}, others{"trial0.csv", "trial3.csv"};
+  CHECK(files_with(20.0, false) == others);
+  CHECK(files_with(28.1, false) == all);  // it follows the tilt, so it is not fitted alone
+  CHECK(files_with(20.0, true) == all);
+}
+
 namespace {
 
 /// Runs a Butterworth low-pass of first order forwards and backwards.
