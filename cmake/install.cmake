@@ -76,6 +76,9 @@ if(DECID_C)
 endif()
 if(DECID_TOOLS)
   install(TARGETS decid RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  # Models for --model; only the built-in one is in the program.
+  file(GLOB models CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/models/*.safetensors)
+  install(FILES ${models} DESTINATION ${CMAKE_INSTALL_DATADIR}/decid/models)
 endif()
 
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/decid-config.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/decid-config.cmake

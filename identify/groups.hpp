@@ -126,8 +126,10 @@ struct GroupReport {
   bool bodies_differ = false;
   std::size_t assumed_bodies = 0;  ///< recordings that are compared with an assumed body
   /// Reliability per pair of comparison.pairs and parameter, of the participants in both groups; empty lists for groups
-  /// of different people.
+  /// of different people, and of one person in both.
   std::vector<std::vector<std::optional<cohort::Reliability>>> reliability = {};
+  /// Changes of people in both groups of a pair, where there is no hierarchical model; empty where there is one.
+  std::vector<cohort::OwnChange> own_changes = {};
 };
 
 }  // namespace decid

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <map>
 
 #include "identify/cohort/of_result.hpp"
@@ -127,9 +128,14 @@ GroupReport report_groups(GroupTable table, const Report& report) {
   made.without_distribution = std::move(analysis.without_evidence);
   for (const GroupPair& pair : made.comparison.pairs) {
     made.reliability.emplace_back();
-    if (pair.paired)
-      made.reliability.back() = cohort::compute_reliability(report, members, made.comparison.groups[pair.first].name,
-                                                            made.comparison.groups[pair.second].name, made.mgh_nm_rad);
+    if (!pair.paired) continue;
+    const std::string &first = made.comparison.groups[pair.first].name,
+                      &second = made.comparison.groups[pair.second].name;
+    if (pair.participants[0] > 1)
+      made.reliability.back() = cohort::compute_reliability(report, members, first, second, made.mgh_nm_rad);
+    if (!made.hierarchical)
+      std::ranges::move(cohort::compute_own_changes(report, members, first, second, made.mgh_nm_rad),
+                        std::back_inserter(made.own_changes));
   }
   return made;
 }

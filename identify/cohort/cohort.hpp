@@ -139,14 +139,22 @@ struct Visit {
   std::vector<Quantity> value;  ///< per parameter, SI units; the study's other participants inform it
 };
 
+/// Returns true if the interval excludes 0; else a change is within measurement error.
+inline bool excludes_zero(const Quantity& change) {
+  return change.interval95[0] > 0.0 || change.interval95[1] < 0.0;
+}
+
 /// Two visits of a person, in cells of one comparison.
 struct Change {
   std::size_t comparison = 0, first = 0, second = 0;  ///< visits
   std::vector<Quantity> difference;                   ///< per parameter, first less second
-  /// Returns true if the interval excludes 0; else the change is within measurement error.
-  bool changed(std::size_t parameter) const {
-    return difference[parameter].interval95[0] > 0.0 || difference[parameter].interval95[1] < 0.0;
-  }
+  bool changed(std::size_t parameter) const { return excludes_zero(difference[parameter]); }
+};
+
+/// Two visits of a person by the recordings of this person only.
+struct OwnChange {
+  std::string participant, first, second;  ///< the cells by their names
+  std::vector<Quantity> difference;        ///< per parameter, first less second
 };
 
 struct Result {

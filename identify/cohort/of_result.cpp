@@ -149,6 +149,37 @@ Finding find_evidence(const RecordingResult& result, const Report& report) {
   return {.measurement = Measurement::of_distribution(*distribution)};
 }
 
+/// Returns true if a result has a distribution of the inferred parameters: a network's is not the one given the others.
+bool has_distribution(const Report& report, const RecordingResult& result) {
+  if (result.fit && result.fit->answer == FitFigures::Answer::posterior) return true;
+  return result.estimate.distribution && report.inferred_parameters().size() == report.protocol.parameters().size();
+}
+
+/// Evenly spaced quantiles of a sum of independent quantities.
+class Sum {
+ public:
+  /// Adds scale times a parameter of a distribution.
+  template <class Distribution>
+  void add(const Distribution& distribution, std::size_t parameter, double scale) {
+    std::vector<double> sums;
+    for (int i = 0; i < levels; ++i)
+      for (const double before : quantiles_)
+        sums.push_back(before + scale * distribution.quantile(static_cast<int>(parameter), (i + 0.5) / levels));
+    std::ranges::sort(sums);
+    quantiles_.clear();
+    for (std::size_t i = 0; i < levels; ++i) quantiles_.push_back(sums[(2 * i + 1) * sums.size() / (2 * levels)]);
+    const double sd = scale * distribution.stddev(static_cast<int>(parameter));
+    variance_ += sd * sd;
+  }
+  /// mean: the sum's.
+  Quantity quantity(double mean) const { return {mean, std::sqrt(variance_), {quantiles_[2], quantiles_[97]}}; }
+
+ private:
+  static constexpr int levels = 100;  // at 0.005, 0.015, ..: the third and the last but two are the ends of 95%
+  std::vector<double> quantiles_{0.0};
+  double variance_ = 0.0;
+};
+
 }  // namespace
 
 std::optional<Measurement> to_measurement(const RecordingResult& result, const Report& report) {
@@ -238,6 +269,36 @@ std::vector<std::optional<Reliability>> compute_reliability(const Report& report
       found.back()->shown_fraction = mean(shown);
     } catch (const Error&) {  // one person, or no variance
       found.emplace_back(std::nullopt);
+    }
+  }
+  return found;
+}
+
+std::vector<OwnChange> compute_own_changes(const Report& report, std::span<const Recording> members,
+                                           const std::string& first, const std::string& second, double mgh_nm_rad) {
+  std::map<std::string, std::array<std::vector<const RecordingResult*>, 2>> participants;
+  FirstOfJoint is_first;
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    const std::string cell = members[i].group.empty() ? std::string() : cell_of(members[i]);
+    if ((cell != first && cell != second) || !has_distribution(report, report.recordings[i])) continue;
+    if (is_first(report.recordings[i]))
+      participants[members[i].participant][cell == first ? 0 : 1].push_back(&report.recordings[i]);
+  }
+  std::vector<OwnChange> found;
+  for (const auto& [name, visits] : participants) {
+    if (visits[0].empty() || visits[1].empty()) continue;
+    OwnChange& change = found.emplace_back(OwnChange{name, first, second, {}});
+    for (const std::size_t p : report.inferred_parameters()) {
+      Sum sum;
+      double mean = 0.0;
+      for (const auto& visit : visits)
+        for (const RecordingResult* result : visit) {
+          const double weight = (&visit == &visits[0] ? 1.0 : -1.0) / static_cast<double>(visit.size()),
+                       scale = weight * scale_to(mgh_nm_rad, report, *result, p);
+          mean += scale * result->estimate.parameters[p];
+          use_distribution(*result, [&](const auto& distribution) { sum.add(distribution, p, scale); });
+        }
+      change.difference.push_back(sum.quantity(mean));
     }
   }
   return found;

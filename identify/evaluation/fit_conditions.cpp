@@ -48,7 +48,7 @@ void count_trust(const RecordingResult& id, bool far_off, FitConditionFigures& r
 
 std::vector<FitCondition> fit_conditions(const sim::Protocol& protocol) {
   sim::Protocol all = protocol;
-  all.heights = {};  // a fit is told the body
+  all.heights = {};  // a fit knows the body
   sim::Protocol none = all;
   none.conditions = {};
   std::vector<FitCondition> rows{{{"none", 0.0, "as simulated"}, none}};

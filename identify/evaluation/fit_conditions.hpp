@@ -20,7 +20,7 @@ struct FitCondition {
 };
 
 /// Returns no condition, each condition of the protocol on its own in all trials, and all conditions together as in the
-/// protocol; all of the experiment's own body, because a fit is told a person's height.
+/// protocol; all of the experiment's own body, because a fit knows the person's height.
 std::vector<FitCondition> fit_conditions(const sim::Protocol& protocol);
 /// Returns each of faults_of_people() that the protocol can have. Start and gain of the trials are drawn from the
 /// priors, unless the fault is a start or gain.

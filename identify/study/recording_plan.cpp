@@ -44,6 +44,7 @@ class Planner {
       file_keys_.emplace_back(source.file.string());
     }
     used_.assign(lines().size(), false);
+    names_sessions_ = std::ranges::any_of(lines(), [](const SheetLine& line) { return !line.entry.session.empty(); });
     names_people_ = choice != Choice::for_groups &&
                     std::ranges::any_of(lines(), [](const SheetLine& line) { return !line.entry.participant.empty(); });
   }
@@ -262,6 +263,7 @@ class Planner {
   }
 
   void add(const RecordingSource& source, SheetLine line, const std::optional<Error>& error = {}) {
+    if (!names_sessions_) line.entry.session = PathKey(shown(source)).session_label();
     Warnings of_body = error || line.error ? Warnings() : bodies_.fill(line);
     PlannedRecording planned{source, reading_, 0, line.entry, line.mass_kg, line.height_m};
     planned.is_body_of_other_line = !of_body.empty();
@@ -315,6 +317,7 @@ class Planner {
   PersonLines people_;
   PersonBodies bodies_;
   bool names_people_ = false;                 // some line does, and people count
+  bool names_sessions_ = false;               // some line does
   std::optional<std::vector<PathKey>> near_;  // files below the sheet's folder, once they are needed
   std::vector<bool> used_;                    // lines
   /// Numbers of the lines that name recordings: of a recording, a protocol and options of reading.

@@ -50,6 +50,7 @@ foreach(program engine identification inference training)
 endforeach()
 if(EXISTS ${BUILD}/tools/decid)
   run(${scratch}/moved/bin/decid --version)
+  run(${scratch}/moved/bin/decid info ${scratch}/moved/share/decid/models/dec2015.safetensors)
 endif()
 
 # Two of them, without what only others need.

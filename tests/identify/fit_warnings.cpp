@@ -199,7 +199,7 @@ TEST_CASE("a network that contradicts the posterior is a caution with the parame
   const posterior::Density density(protocol, {});
   posterior::Posterior found = posterior::sample(
       density, density.observe(test::recorded(protocol, test::some_parameters(), 0.02, 0)), test::quick());
-  // Of one component, with independent coordinates around the middle of the ranges.
+  // One component, with independent coordinates around the middle of the ranges.
   std::vector<double> outputs{0.0};
   outputs.resize(1 + table.size(), 0.0);
   outputs.resize(1 + 2 * table.size(), 1.5);

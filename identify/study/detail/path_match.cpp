@@ -2,6 +2,7 @@
 #include "identify/study/detail/path_match.hpp"
 
 #include <algorithm>
+#include <sstream>
 #include <string_view>
 
 #include "identify/study/detail/text_key.hpp"
@@ -70,6 +71,18 @@ PathKey::Likeness PathKey::ends_with(const PathKey& end) const {
   const std::vector<std::string> folders(forgiving_.begin(), forgiving_.end() - 1),
       end_folders(end.forgiving_.begin(), end.forgiving_.end() - 1);
   return end_folders.empty() || same_end(folders, end_folders) ? Likeness::without_ending : Likeness::none;
+}
+
+std::string PathKey::session_label() const {
+  constexpr std::string_view prefix = "ses-";
+  std::string label;
+  for (std::size_t i = 0; i < exact_.size(); ++i) {
+    const bool is_file = i + 1 == exact_.size();
+    std::istringstream entities(is_file ? without_ending(exact_[i]) : exact_[i]);
+    for (std::string entity; std::getline(entities, entity, '_');)
+      if (entity.starts_with(prefix)) label = entity.substr(prefix.size(), entity.find('#') - prefix.size());
+  }
+  return label;
 }
 
 PathKey::Naming PathKey::naming_of(const std::string& wanted, const std::string& prefix) const {

@@ -333,6 +333,53 @@ TEST_CASE("cohort: draws of a fit are evidence, and a normal prior is taken back
   CHECK(centre(*taken_back) > centre(*uniform) + 0.05);
 }
 
+TEST_CASE("cohort: one person's change has the interval of both recordings, without a hierarchical model") {
+  TwoGroups made(true);
+  auto& [report, table] = made;
+  for (std::size_t i = 1; i < 6; ++i)
+    if (i != 3) table.members[i].group.clear();  // y0 is left, once in each group
+  decid::GroupReport groups = made.compared();
+  CHECK_FALSE(groups.hierarchical);
+  REQUIRE(groups.reliability.size() == 1);
+  CHECK(groups.reliability[0].empty());
+  REQUIRE(groups.own_changes.size() == 1);
+  CHECK(groups.own_changes[0].participant == "y0");
+  CHECK(groups.own_changes[0].first == "a");
+  REQUIRE(groups.own_changes[0].difference.size() == 7);
+  const decid::cohort::Quantity change = groups.own_changes[0].difference[decid::sim::Delay];
+  CHECK(near(change.mean, groups.comparison.pairs[0].parameters[decid::sim::Delay].difference, 1e-12));
+  const ParameterDistribution &one = *report.recordings[0].estimate.distribution,
+                              &other = *report.recordings[3].estimate.distribution;
+  const int delay = decid::sim::Delay;
+  CHECK(near(change.sd, std::hypot(one.stddev(delay), other.stddev(delay)), 1e-12));
+  // The distribution of the difference is skewed: all differences of many quantiles have its interval.
+  std::vector<double> differences;
+  constexpr int levels = 300;
+  for (int i = 0; i < levels; ++i)
+    for (int k = 0; k < levels; ++k)
+      differences.push_back(one.quantile(delay, (i + 0.5) / levels) - other.quantile(delay, (k + 0.5) / levels));
+  std::ranges::sort(differences);
+  CHECK(within(change.interval95[0], differences[differences.size() / 40], 0.02 * change.sd));
+  CHECK(within(change.interval95[1], differences[differences.size() * 39 / 40], 0.02 * change.sd));
+  CHECK_FALSE(decid::cohort::excludes_zero(change));
+  // Four recordings per visit halve the standard deviation.
+  for (int more = 0; more < 3; ++more)
+    for (const std::size_t i : {std::size_t{0}, std::size_t{3}}) {
+      report.recordings.push_back(report.recordings[i]);
+      table.members.push_back(table.members[i]);
+    }
+  groups = made.compared();
+  REQUIRE(groups.own_changes.size() == 1);
+  const decid::cohort::Quantity four = groups.own_changes[0].difference[decid::sim::Delay];
+  CHECK(near(four.sd, 0.5 * change.sd, 1e-12));
+  CHECK(within(four.interval95[1] - four.interval95[0], 3.92 * four.sd, 0.1 * four.sd));
+  CHECK(decid::cohort::excludes_zero(four));
+  // A recording without a distribution says nothing of its uncertainty.
+  for (std::size_t i = 0; i < report.recordings.size(); ++i)
+    if (table.members[i].group == "b") report.recordings[i].estimate.distribution.reset();
+  CHECK(made.compared().own_changes.empty());
+}
+
 TEST_CASE("cohort: sessions and covariates of a report's persons") {
   TwoGroups made(false);
   for (std::size_t i = 0; i < 6; ++i) {  // once more, a year later
@@ -386,6 +433,7 @@ TEST_CASE("cohort: persons in both groups have a reliability and changes") {
   REQUIRE(groups.hierarchical);
   CHECK(groups.hierarchical->comparisons[0].participants_in_both == 3);
   CHECK(groups.hierarchical->changes.size() == 3);
+  CHECK(groups.own_changes.empty());
   REQUIRE(groups.reliability.size() == 1);
   REQUIRE(groups.reliability[0].size() == 7);
   REQUIRE(groups.reliability[0][0]);

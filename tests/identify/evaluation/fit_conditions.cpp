@@ -75,7 +75,7 @@ TEST_CASE("the rows of a protocol's conditions: none, each alone, all together")
   CHECK(rows[1].recorded.conditions[sim::Condition::offset].fraction == 0.0);
   CHECK(rows[2].fault.name == "offset_deg");
   CHECK(rows[3].recorded.conditions[sim::Condition::offset].fraction == 0.5);
-  for (const FitCondition& row : rows) CHECK_FALSE(row.recorded.heights.vary());  // a fit is told the body
+  for (const FitCondition& row : rows) CHECK_FALSE(row.recorded.heights.vary());  // a fit knows the body
 }
 
 TEST_CASE("the rows of faults: start and gain are drawn as the priors have them, unless they are the fault") {

@@ -58,6 +58,18 @@ TEST_CASE("path_match: how clearly a path names a participant") {
   CHECK(participant("t.csv", "") == Naming::none);
 }
 
+TEST_CASE("path_match: the session of a path in BIDS' names") {
+  const auto label = [](const std::string& path) { return PathKey(path).session_label(); };
+  CHECK(label("sub-01/ses-1/motion/sub-01_ses-1_task-sway_motion.tsv") == "1");
+  CHECK(label("sub-01/ses-Pre/t.csv") == "Pre");
+  CHECK(label("sub-01_ses-2.csv") == "2");
+  CHECK(label("sub-01_ses-2.csv#3") == "2");
+  CHECK(label("ses-pilot/sub-01/ses-3/t.csv") == "3");
+  CHECK(label("sub-01/t.csv").empty());
+  CHECK(label("courses-1/noses-2_t.csv").empty());
+  CHECK(label("ses-/t.csv").empty());
+}
+
 TEST_CASE("lines of people: a folder and sub- come before a file's name; two people equally clear are an error") {
   check_people("participant_id\tgroup\n1\tx\n2\ty\n", {"1/1.csv", "1/2.csv", "2/1.csv", "2/2.csv"},
                {"1", "1", "2", "2"});

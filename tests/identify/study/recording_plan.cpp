@@ -64,6 +64,25 @@ TEST_CASE("plan_of a sheet of people: their recordings near the sheet, sessions,
   CHECK(found[4] == std::pair<std::string, std::string>("sub-01/extra.csv", "w"));
 }
 
+TEST_CASE("plan_of: sessions are those of BIDS' paths, unless a line has one") {
+  const TemporaryFolder folder;
+  const std::string name = "motion/sub-01_task-sway_motion.tsv";
+  const std::vector<std::string> files{"sub-01/ses-1/" + name, "sub-01/ses-2/" + name, "sub-02/" + name};
+  for (const Choice choice : {Choice::by_sheet, Choice::by_call}) {
+    const std::string sheet = "participant_id\tage\theight\tweight\nsub-01\t33\t175\t70\nsub-02\t40\t165\t60\n";
+    const RecordingPlan plan = plan_of_text(folder, sheet, files, choice);
+    REQUIRE(plan.recordings.size() == 3);
+    CHECK(plan.recordings[0].entry.session == "1");
+    CHECK(plan.recordings[1].entry.session == "2");
+    CHECK(plan.recordings[2].entry.session.empty());
+    for (const PlannedRecording& one : plan.recordings) CHECK(one.warnings.empty());
+  }
+  const RecordingPlan stated = plan_of_text(folder, "participant_id\tsession\nsub-01\tn/a\nsub-02\tlate\n",
+                                            {files[0], "sub-02/ses-late/t.csv"}, Choice::by_call);
+  CHECK(stated.recordings[0].entry.session.empty());
+  CHECK(stated.recordings[1].entry.session == "late");
+}
+
 TEST_CASE("plan_of: a person's line fills the lines of recordings; what is not clear is an error") {
   const TemporaryFolder folder;
   const std::vector<std::string> files{"a/t.csv", "b/t.csv", "A_open.csv"};

@@ -165,7 +165,7 @@ TEST_CASE("data set, training, evaluation and identification of a protocol of on
   CHECK(evaluation.at("mse_per_parameter").size() == 7);
   // evaluate never measures a model on its training trials: without --split it takes the other half, and says so.
   const auto own = run_decid("evaluate --json" + model + " --data " + folder / "data.npz");
-  CHECK(Json::parse(own.out) == evaluation);
+  CHECK(without_call(Json::parse(own.out)) == without_call(evaluation));
   CHECK(contains(own.err, "was trained on"));
 
   const Json info = run_json("info --json " + folder / "m.safetensors");
@@ -193,6 +193,11 @@ TEST_CASE("evaluate: several models in one table, each as alone") {
   REQUIRE(both.at("models").size() == 2);
   CHECK(both.at("models")[0] == alone.at("models")[0]);
   CHECK(both.at("models")[1] == other.at("models")[0]);
+  CHECK(alone.at("command") == "evaluate");
+  CHECK(alone.at("seed").is_null());
+  CHECK(alone.at("inputs").size() == 2);
+  CHECK(alone.at("inputs")[1].at("file") == folder / "d.npz");
+  alone = without_call(alone);
   Json inner = alone.at("models")[0];
   inner.erase("model");
   alone.erase("models");
@@ -201,6 +206,11 @@ TEST_CASE("evaluate: several models in one table, each as alone") {
   for (const Json& line : both.at("models"))
     for (const Json& mse : line.at("mse_per_parameter"))
       CHECK(contains(table, decid::format(" %8.4f", mse.get<double>())));
+  // The call computes the same again, without reading other trials.
+  write_text(folder / "e.json", run_ok("evaluate --json --int8" + model("spectra") + data).out);
+  run_ok("rerun " + folder / "e.json");
+  run_ok("dataset --quiet --count 12 --seed 98 -o " + folder / "d.npz");
+  check_refused("rerun " + folder / "e.json", "d.npz");
   // Each has to know the trials.
   run_ok("dataset --quiet --count 12 --seed 99 --protocol short -o " + folder / "s.npz");
   check_refused("evaluate" + model("spectra") + model("built_in") + " --data " + folder / "s.npz");

@@ -27,6 +27,29 @@ TEST_CASE("decid/design: a larger and a longer stimulus tell more") {
   CHECK(near(mean, variance(0), 1e-9));
 }
 
+TEST_CASE("decid/design: the JSON names its call, which computes it again from the same protocol only") {
+  const Folder folder;
+  const std::string protocol = write_text(folder / "tiny.json", brief_protocol).string(), saved = folder / "d.json";
+  write_text(saved, run_ok("design --json --quiet --draws 8 --seed 5 --amplitude 1 4 --protocol " + protocol).out);
+  const Json found = read_json(saved);
+  CHECK(found["command"] == "design");
+  CHECK(found["arguments"] ==
+        Json{"--protocol=" + protocol, "--amplitude=1", "--amplitude=4", "--draws=8", "--seed=5"});
+  CHECK(found["seed"] == 5);
+  CHECK(found["decid"] == DECID_VERSION);
+  REQUIRE(found["inputs"].size() == 1);
+  CHECK(found["inputs"][0]["file"] == protocol);
+  CHECK(found["inputs"][0]["sha256"].get<std::string>().size() == 64);
+  run_ok("rerun " + saved + " -o " + folder / "again.json");
+  CHECK(read_text(folder / "again.json") == read_text(saved));
+  Json other = found;
+  other["draws"] = 9;
+  write_text(folder / "other.json", other.dump());
+  CHECK(run_decid("rerun " + folder / "other.json").code == 1);
+  write_text(protocol, std::string(brief_protocol) + "\n");
+  check_refused("rerun " + saved, protocol);
+}
+
 TEST_CASE("decid/design: a person, a fixed parameter, a body and the text") {
   const Folder folder;
   const std::string call =

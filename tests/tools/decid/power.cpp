@@ -36,6 +36,25 @@ TEST_CASE("decid/power: given standard deviations have the power of Cohen's tabl
   CHECK(run_json("power --difference kp=30 --measurement-sd Kp=20 --paired --json")["paired"] == true);
 }
 
+TEST_CASE("decid/power: the JSON names its call, which computes it again") {
+  const Folder folder;
+  const std::string saved = folder / "p.json";
+  const std::string model = DECID_SOURCE_DIR "/models/built_in.safetensors";
+  write_text(saved, run_ok("power --json --difference delay=0.02 --measurement-sd delay=0.01 --model " + model).out);
+  const Json found = read_json(saved);
+  CHECK(found["command"] == "power");
+  CHECK(found["seed"] == 1);
+  REQUIRE(found["inputs"].size() == 1);
+  CHECK(found["inputs"][0]["file"] == model);
+  run_ok("rerun " + saved + " -o " + folder / "again.json");
+  CHECK(read_text(folder / "again.json") == read_text(saved));
+  // A protocol's file is an input of predicted fits.
+  const Json by_fit =
+      run_json("power --json --by fit --recordings 8 --difference delay=0.02" + with_brief_protocol(folder));
+  REQUIRE(by_fit["inputs"].size() == 1);
+  CHECK(by_fit["inputs"][0]["file"] == folder / "tiny.json");
+}
+
 TEST_CASE("decid/power: recordings are simulated where their standard deviation is unknown") {
   const Json found = run_json("power --difference delay=0.02 --recordings 20 --sensor-noise 0.02 --json");
   const double sd = found["parameters"][0]["measurement_sd"].get<double>();

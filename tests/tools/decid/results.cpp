@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "base/files/sha256.hpp"
 #include "base/text.hpp"
 #include "dataset/sets/dataset.hpp"
 #include "tests/helpers.hpp"
@@ -265,3 +266,14 @@ TEST_CASE("rows of calibrate's tables are read back as they were written, unknow
 }
 
 }  // namespace decid::tools
+
+TEST_CASE("the hash of a file of several pieces is its content's") {
+  const decid::test::TemporaryFolder folder;
+  for (const std::size_t bytes : {std::size_t{0}, std::size_t{1} << 20, (std::size_t{3} << 20) + 5}) {
+    std::string content(bytes, 'a');
+    if (bytes > 0) content.back() = 'b';
+    CHECK(decid::tools::hash_file(decid::test::write_text(folder / "f", content).string()) == decid::sha256(content));
+  }
+  decid::test::check_error([&] { decid::tools::hash_file((folder / "none").string()); }, decid::Code::file_missing,
+                           "none");
+}

@@ -83,6 +83,12 @@ inline nlohmann::json read_json(const std::string& path) {
   return nlohmann::json::parse(read_text(path));
 }
 
+/// Returns a command's JSON without the call that made it.
+inline nlohmann::json without_call(nlohmann::json result) {
+  for (const char* key : {"decid", "command", "arguments", "seed", "inputs"}) REQUIRE(result.erase(key) == 1);
+  return result;
+}
+
 /// Checks bad input: exit code 2, nothing on standard output, one line of the program's, with the fact if one is given.
 /// tests/golden/messages.txt has the messages.
 inline void check_refused(const std::string& arguments, const std::string& fact = "") {

@@ -8,13 +8,14 @@
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
 #include "base/text.hpp"
-#include "base/version.hpp"
 #include "posterior/planning/expected_posterior.hpp"
 #include "posterior/planning/variations.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/named_values.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/recording_flags.hpp"
+#include "tools/decid/results/results.hpp"
+#include "tools/report/json/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -46,13 +47,14 @@ std::string shown(double number) {
   return format("%.4g", number);
 }
 
-/// Returns the protocols, each with all combinations of amplitudes and cycles.
-std::vector<Planned> planned_protocols(const DesignOptions& options) {
+/// Returns the protocols, each with all combinations of amplitudes and cycles. files: receives the names of the files
+/// that were read.
+std::vector<Planned> planned_protocols(const DesignOptions& options, std::vector<std::string>& files) {
   std::vector<Planned> all;
   const std::vector<std::string> names =
       options.protocols.empty() ? std::vector<std::string>{"default", "short"} : options.protocols;
   for (const std::string& name : names) {
-    sim::Protocol protocol = read_protocol(name, options.common.quiet, nullptr, options.controller);
+    sim::Protocol protocol = read_protocol(name, options.common.quiet, &files, options.controller);
     if (const std::optional<sim::Body> body = options.body.body()) protocol.experiment.body = *body;
     protocol.validate();
     std::vector<Planned> variants{{protocol.name, protocol}};
@@ -106,14 +108,9 @@ Json design_json(const DesignOptions& options, const std::vector<Planned>& all, 
                     {"predicted_variance_error", one.found.figure_error},
                     {"parameters", std::move(of_parameters)}});
   }
-  return {{"decid", version},
-          {"draws", options.planned.draws},
-          {"seed", options.planned.seed},
-          {"sensor_noise_deg", options.planned.sensor_noise_deg},
-          {"prior_start_s", options.priors.start_s},
-          {"prior_gain", options.priors.gain},
-          {"parameters", std::move(parameters)},
-          {"protocols", std::move(list)}};
+  return {{"draws", options.planned.draws},          {"sensor_noise_deg", options.planned.sensor_noise_deg},
+          {"prior_start_s", options.priors.start_s}, {"prior_gain", options.priors.gain},
+          {"parameters", std::move(parameters)},     {"protocols", std::move(list)}};
 }
 
 std::string design_text(const std::vector<Planned>& all, const sim::ParameterTable& table) {
@@ -152,8 +149,9 @@ std::string recommendation(const std::vector<Planned>& all) {
   return text;
 }
 
-void run_design(DesignOptions options) {
-  std::vector<Planned> all = planned_protocols(options);
+void run_design(DesignOptions options, const Command& command) {
+  std::vector<std::string> inputs;
+  std::vector<Planned> all = planned_protocols(options, inputs);
   require_same_controller(all);
   const sim::ParameterTable table = all.front().protocol.ranges();
   sim::Parameters at = table.middle();
@@ -177,7 +175,11 @@ void run_design(DesignOptions options) {
     bar.update(static_cast<long long>(i) + 1);
   }
   if (options.common.json) {
-    std::cout << print_json(design_json(options, all, table)) << '\n';
+    Call call = record_call(command, inputs);
+    call.seed = options.planned.seed;
+    Json result = design_json(options, all, table);
+    add_call(result, call);
+    std::cout << print_json(result) << '\n';
     return;
   }
   std::cout << design_text(all, table)

@@ -13,8 +13,10 @@
 #include "identify/training/training.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/ranks.hpp"
+#include "tools/decid/results/results.hpp"
 #include "tools/firmware/quantise.hpp"
 #include "tools/report/json/parameters_json.hpp"
+#include "tools/report/json/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -175,7 +177,7 @@ std::string table_for(const std::vector<Evaluated>& models, const std::string& d
   return text;
 }
 
-void evaluate_models(EvaluateOptions options) {
+void evaluate_models(EvaluateOptions options, const Command& command) {
   if (options.models.empty()) options.models.emplace_back();
   std::vector<Model> models;
   for (const std::string& path : options.models) models.push_back(model_or_built_in(path));
@@ -194,10 +196,15 @@ void evaluate_models(EvaluateOptions options) {
   std::vector<Evaluated> all;
   for (std::size_t i = 0; i < models.size(); ++i)
     all.push_back(evaluated(options, models[i], model_name(options.models[i]), stored, chosen));
-  if (options.common.json)
-    std::cout << print_json(to_json_object(all)) << '\n';
-  else
+  if (!options.common.json) {
     std::cout << (all.size() == 1 ? to_text(all.front(), options.data) : table_for(all, options.data));
+    return;
+  }
+  std::vector<std::string> inputs = options.models;
+  inputs.push_back(options.data);
+  Json result = to_json_object(all);
+  add_call(result, record_call(command, inputs));
+  std::cout << print_json(result) << '\n';
 }
 
 }  // namespace

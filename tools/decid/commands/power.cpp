@@ -9,11 +9,11 @@
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
 #include "base/text.hpp"
-#include "base/version.hpp"
 #include "identify/cohort/planning.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/named_values.hpp"
 #include "tools/decid/results/results.hpp"
+#include "tools/report/json/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -50,14 +50,16 @@ struct PowerRow {
   std::size_t trials_needed;  ///< with the given number of participants; 0: as above
 };
 
-/// Returns the spread of the recordings' values: the network's, or decid fit's.
-cohort::ValueSpread spread_of(const PowerOptions& options, const Model& model, const cohort::PlannedGroups& groups) {
+/// Returns the spread of the recordings' values: the network's, or decid fit's. files: receives the names of the files
+/// that were read.
+cohort::ValueSpread spread_of(const PowerOptions& options, const Model& model, const cohort::PlannedGroups& groups,
+                              std::vector<std::string>& files) {
   sim::Protocol protocol = model.protocol;
   if (options.by == "network") {
     set_sensor_noise(protocol, options.sensor_noise_deg);
     return cohort::spread_of_network(model, protocol, groups, options.recordings / 4, options.seed);
   }
-  if (!options.protocol.empty()) protocol = read_protocol(options.protocol, options.common.quiet);
+  if (!options.protocol.empty()) protocol = read_protocol(options.protocol, options.common.quiet, &files);
   if (protocol.experiment.body_model != model.protocol.experiment.body_model)
     throw Error(Code::setting_conflict, "--protocol", "has another controller than the model",
                 "give a protocol of the model's controller");
@@ -178,10 +180,11 @@ PowerValues read_options(const PowerOptions& options, const Model& model) {
   return values;
 }
 
-/// Returns a row for each parameter with a difference.
-std::vector<PowerRow> power_rows(const PowerOptions& options, const PowerValues& values, const Model& model) {
+/// Returns a row for each parameter with a difference. files: as spread_of() takes it.
+std::vector<PowerRow> power_rows(const PowerOptions& options, const PowerValues& values, const Model& model,
+                                 std::vector<std::string>& files) {
   cohort::ValueSpread spread;
-  if (values.simulates) spread = spread_of(options, model, {values.at, values.difference, values.participant});
+  if (values.simulates) spread = spread_of(options, model, {values.at, values.difference, values.participant}, files);
   const double significance = 0.05 / options.intervals;  // Bonferroni
   std::vector<PowerRow> rows;
   for (std::size_t p = 0; p < values.at.size(); ++p) {
@@ -222,13 +225,9 @@ Json power_json(const PowerOptions& options, const std::vector<PowerRow>& rows, 
                     {"power", row.power},
                     {"participants_needed", row.needed > 0 ? Json(row.needed) : Json(nullptr)},
                     {"trials_needed", row.trials_needed > 0 ? Json(row.trials_needed) : Json(nullptr)}});
-  return {{"decid", version},
-          {"participants", options.participants},
-          {"trials", options.trials},
-          {"paired", options.design.paired},
-          {"power_wanted", options.power},
-          {"intervals", options.intervals},
-          {"simulated_participants", people > 0 ? Json(people) : Json(nullptr)},
+  return {{"participants", options.participants}, {"trials", options.trials},
+          {"paired", options.design.paired},      {"power_wanted", options.power},
+          {"intervals", options.intervals},       {"simulated_participants", people > 0 ? Json(people) : Json(nullptr)},
           {"parameters", std::move(list)}};
 }
 
@@ -261,16 +260,24 @@ std::string power_text(const PowerOptions& options, const std::vector<PowerRow>&
               : std::string());
 }
 
-void run_power(const PowerOptions& options) {
+void run_power(const PowerOptions& options, const Command& command) {
   if (options.by == "network" && !options.protocol.empty())
     throw Error(Code::setting_conflict, "--protocol", "is for --by fit: a network reads its own protocol",
                 "add --by fit, or leave it out");
   const Model model = model_or_built_in(options.model);
   const PowerValues values = read_options(options, model);
-  const std::vector<PowerRow> rows = power_rows(options, values, model);
+  std::vector<std::string> inputs{options.model};
+  const std::vector<PowerRow> rows = power_rows(options, values, model, inputs);
   const int people = simulated_people(options, values);
-  std::cout << (options.common.json ? print_json(power_json(options, rows, people)) + '\n'
-                                    : power_text(options, rows, people));
+  if (!options.common.json) {
+    std::cout << power_text(options, rows, people);
+    return;
+  }
+  Call call = record_call(command, inputs);
+  call.seed = options.seed;
+  Json result = power_json(options, rows, people);
+  add_call(result, call);
+  std::cout << print_json(result) << '\n';
 }
 
 }  // namespace

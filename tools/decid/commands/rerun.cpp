@@ -10,10 +10,10 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
-#include "base/files/sha256.hpp"
 #include "base/version.hpp"
 #include "identify/result.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/report/json/report_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -27,13 +27,19 @@ struct RerunOptions {
 struct Repeatable {
   const char* name;
   void (*add)(const Command& program);
+  bool only_prints = false;  ///< has no --output; its JSON is what --json prints
 };
-constexpr Repeatable rerun_commands[] = {{"identify", add_identify},
-                                         {"fit", add_fit},
-                                         {"calibrate", add_calibrate},
-                                         {"compare", add_compare},
-                                         {"study", add_study}};
-constexpr const char* wanted_file = "give the JSON of decid identify, fit, calibrate, compare or study";
+constexpr Repeatable rerun_commands[] = {{"identify", add_identify},   {"fit", add_fit},
+                                         {"calibrate", add_calibrate}, {"compare", add_compare},
+                                         {"study", add_study},         {"design", add_design, true},
+                                         {"power", add_power, true},   {"evaluate", add_evaluate, true}};
+constexpr const char* wanted_file =
+    "give the JSON of decid identify, fit, calibrate, compare, study, design, power or evaluate";
+
+const Repeatable* find_repeatable(const Json& command) {
+  const auto* found = std::ranges::find_if(rerun_commands, [&](const Repeatable& one) { return command == one.name; });
+  return found == std::end(rerun_commands) ? nullptr : found;
+}
 
 /// Keys of computing times, which differ from call to call, and of the threads that they are of.
 constexpr const char* timed_keys[] = {"seconds", "mean_s", "max_s", "threads"};
@@ -51,8 +57,7 @@ Call read_call(const std::string& path, const std::string& content) {
                          all.contains("arguments") && all["arguments"].is_array() &&
                          std::ranges::all_of(all["arguments"], is_text) && all.contains("inputs") &&
                          all["inputs"].is_array() && all.contains("decid");
-  if (!is_result ||
-      std::ranges::none_of(rerun_commands, [&](const Repeatable& one) { return all["command"] == one.name; }))
+  if (!is_result || find_repeatable(all["command"]) == nullptr)
     throw Error(Code::file_unsupported, path, "does not say which call wrote it", wanted_file);
   if (all["decid"] != version)
     throw Error(Code::file_differs, path, "was written by decid " + all["decid"].dump(),
@@ -70,42 +75,48 @@ Call read_call(const std::string& path, const std::string& content) {
     if (!is_there)
       throw Error(Code::file_missing, file, "is an input of " + path + ", and is not there",
                   "run decid rerun in the folder of the first call, or restore the file");
-    if (sha256(read_file(file)) != hash.get<std::string>())
+    if (hash_file(file) != hash.get<std::string>())
       throw Error(Code::file_differs, file, "is not the file that " + path + " was computed from", "restore that file");
   }
   return {all["command"].get<std::string>(), all["arguments"].get<std::vector<std::string>>(), {}, {}};
 }
 
-/// Discards standard output for its lifetime: the call prints its results, and rerun writes them to a file.
-class Silence {
+/// Collects standard output for its lifetime.
+class Captured {
  public:
-  Silence() : before_(std::cout.rdbuf(discarded_.rdbuf())) {}
-  Silence(const Silence&) = delete;
-  Silence& operator=(const Silence&) = delete;
-  ~Silence() { std::cout.rdbuf(before_); }
+  Captured() : before_(std::cout.rdbuf(text_.rdbuf())) {}
+  Captured(const Captured&) = delete;
+  Captured& operator=(const Captured&) = delete;
+  ~Captured() { std::cout.rdbuf(before_); }
+  std::string text() const { return text_.str(); }
 
  private:
-  std::ostringstream discarded_;
+  std::ostringstream text_;
   std::streambuf* before_;
 };
 
-/// Runs a command in this process. Throws its errors.
-void run(const Call& call, const std::string& output, const CommonOptions& common) {
+/// Runs a command in this process. Returns what it prints. Throws its errors. output: empty for a command that only
+/// prints.
+std::string run(const Call& call, const std::string& output, const CommonOptions& common) {
   std::vector<std::string> words{"decid", call.command};
   words.insert(words.end(), call.arguments.begin(), call.arguments.end());
-  words.insert(words.end(), {"--output", output});
+  if (output.empty())
+    words.emplace_back("--json");
+  else
+    words.insert(words.end(), {"--output", output});
   if (common.quiet) words.emplace_back("--quiet");
   if (common.threads > 0) words.insert(words.end(), {"--threads", std::to_string(common.threads)});
   std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());
   const Program program("decid", "", version);
   for (const Repeatable& one : rerun_commands) one.add(program.top());
-  const Silence silence;
+  const Captured printed;
   try {
     program.parse(static_cast<int>(pointers.size()), pointers.data());
   } catch (const UsageError& error) {
     throw Error(Code::setting_malformed, "decid rerun", error.message, "was the JSON edited?");
   }
+  return printed.text();
 }
 
 /// A folder for what the call writes.
@@ -131,6 +142,7 @@ class ScratchFolder {
 
 /// Returns the JSON of the call, computed again. Recordings that fail, as in the first call, have their error there.
 std::string compute_again(const Call& call, const CommonOptions& common) {
+  if (find_repeatable(call.command)->only_prints) return run(call, {}, common);
   const ScratchFolder scratch;
   const bool writes_folder = call.command == "study";
   const std::filesystem::path output = scratch.path() / (writes_folder ? "study" : "result.json"),
@@ -179,7 +191,8 @@ void add_rerun(const Command& program) {
   auto options = std::make_shared<RerunOptions>();
   const Command command = program.add_subcommand("rerun",
                                                  "Repeat the call that wrote a JSON of identify, fit, calibrate, "
-                                                 "compare or study, and check that the result is the same");
+                                                 "compare, study, design, power or evaluate, and check that the "
+                                                 "result is the same");
   command.section("Input");
   command.add_option("result", options->result, "Repeat the call that wrote this JSON, from the same folder")
       .required();

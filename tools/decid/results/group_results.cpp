@@ -63,7 +63,7 @@ std::string missing_intervals_text(const GroupPair& pair, const sim::ParameterTa
     if (!std::isfinite(pair.parameters[p].interval95[0])) without += (without.empty() ? "" : ", ") + table[p].name;
   if (without.empty()) return {};
   if (std::ranges::min(pair.participants) < 2)
-    return pair.paired ? "    one person in both groups: no interval; record more people\n"
+    return pair.paired ? "    one person in both groups: no interval of the mean; record more people\n"
                        : "    a group of one person: no interval; record more people\n";
   return std::string("    ") + missing_interval_reason(pair) + ": no interval of " + without + "\n";
 }
@@ -266,6 +266,22 @@ std::string changes_text(const cohort::Result& found, const sim::ParameterTable&
   return text;
 }
 
+/// Returns the changes of people whom no hierarchical model has: a table for each person.
+std::string own_changes_text(const std::vector<cohort::OwnChange>& changes, const sim::ParameterTable& table) {
+  if (changes.empty()) return {};
+  const std::vector<std::string> labels = row_labels(table);
+  std::string text = "Changes of each person, by the uncertainty of this person's recordings only:\n";
+  for (const cohort::OwnChange& change : changes) {
+    text += "  " + one_line(change.participant) + ": " + one_line(change.first) + " minus " + one_line(change.second) +
+            "\n" + headings(labels, format(" %12s %24s", "difference", "95% interval"));
+    for (std::size_t p = 0; p < table.size(); ++p)
+      text += format("    %s %12.4g %24s  %s\n", labels[p].c_str(), change.difference[p].mean,
+                     interval_text(change.difference[p].interval95).c_str(),
+                     cohort::excludes_zero(change.difference[p]) ? "changed" : "within measurement error");
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string verdicts_text(const Report& report) {
@@ -296,7 +312,7 @@ std::string groups_text(const Report& report) {
         "  %zu parameters were compared%s: %zu adjusted intervals (Bonferroni), with a joint coverage of at least "
         "95%%.\n",
         parameters.size(), pairs.c_str(), found.intervals);
-  text += reliability_text(report, parameters);
+  text += reliability_text(report, parameters) + own_changes_text(report.groups->own_changes, parameters);
   if (report.groups->hierarchical)
     text +=
         cohort_text(*report.groups->hierarchical, parameters) + changes_text(*report.groups->hierarchical, parameters);

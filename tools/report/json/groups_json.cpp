@@ -121,6 +121,22 @@ Json cohort_json(const Report& report) {
           {"changes", std::move(changes)}};
 }
 
+/// Returns a list as "changes" of the hierarchical model, of people whom it has not.
+Json own_changes_json(const Report& report) {
+  Json changes = Json::array();
+  const sim::ParameterTable parameters = report.compared_parameters();
+  for (const cohort::OwnChange& change : report.groups->own_changes)
+    changes.push_back({{"participant_id", change.participant},
+                       {"groups", {change.first, change.second}},
+                       {"parameters", each_parameter(parameters, [&](std::size_t p, Json& one) {
+                          one["difference"] = change.difference[p].mean;
+                          one["sd"] = change.difference[p].sd;
+                          one["interval95"] = change.difference[p].interval95;
+                          one["changed"] = cohort::excludes_zero(change.difference[p]);
+                        })}});
+  return changes;
+}
+
 Json interval_json(const std::array<double, 2>& interval) {
   return {number_or_null(interval[0]), number_or_null(interval[1])};
 }
@@ -224,7 +240,8 @@ Json groups_json(const Report& report) {
             {"unused_lines", std::move(unused)},
             {"notes", group_verdicts(report).notes}}},
           {"hierarchical", cohort_json(report)},
-          {"reliability", reliability_json(report)}};
+          {"reliability", reliability_json(report)},
+          {"own_changes", own_changes_json(report)}};
 }
 
 Json page_groups(const Report& report) {

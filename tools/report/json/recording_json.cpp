@@ -19,7 +19,7 @@ Json other_answer_json(const Report& report) {
             {"adds", "a second opinion within milliseconds, with three times the squared error"}};
   return {{"command", "decid fit"},
           {"adds",
-           "a third of the squared error, and intervals that allow for start, drift and noise; about 6 s per "
+           "a third of the squared error, and intervals that allow for start, drift and noise; about 9 s per "
            "recording"}};
 }
 

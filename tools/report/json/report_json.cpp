@@ -2,8 +2,11 @@
 #include "tools/report/json/report_json.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <set>
+#include <vector>
 
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
@@ -234,6 +237,19 @@ std::optional<sim::Participant> find_participant(const sim::Body& body) {
   }
 }
 
+std::string hash_file(const std::string& path) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
+  Sha256 hash;
+  std::vector<char> piece(1 << 20);
+  while (file) {
+    const std::size_t bytes = std::fread(piece.data(), 1, piece.size(), file.get());
+    hash.update(piece.data(), bytes);
+    if (std::ferror(file.get()) != 0) break;
+    if (bytes < piece.size()) return hash.hex();
+  }
+  return sha256(read_file(path));  // throws the error of a file that cannot be read
+}
+
 std::vector<InputFile> hash_inputs(const std::vector<std::string>& files) {
   std::vector<InputFile> inputs;
   std::set<std::string> seen{""};
@@ -241,7 +257,7 @@ std::vector<InputFile> hash_inputs(const std::vector<std::string>& files) {
     if (!seen.insert(file).second) return;
     std::error_code ignored;
     const bool is_file = std::filesystem::is_regular_file(file, ignored);
-    inputs.push_back({file, is_file ? sha256(read_file(file)) : std::string()});
+    inputs.push_back({file, is_file ? hash_file(file) : std::string()});
   };
   for (const std::string& file : files) {
     add(file);

@@ -23,6 +23,8 @@ Json body_json(const sim::Body& body, bool assumed);
 /// Returns the weight and height of a person with this body, or nothing if no person has it.
 std::optional<sim::Participant> find_participant(const sim::Body& body);
 
+/// Returns the SHA-256 of a file, which may be larger than the memory. Throws Error if it cannot be read.
+std::string hash_file(const std::string& path);
 /// Returns files and the files beside them that belong to them, such as the sidecars of BIDS, each once, with their
 /// SHA-256. Empty names do not count.
 std::vector<InputFile> hash_inputs(const std::vector<std::string>& files);

@@ -253,7 +253,7 @@ function reliabilityTable({ groups, participants, parameters }) {
 
 // Draws each person's changes between the groups of every comparison within people.
 function changesTables() {
-  const changes = report.groups.hierarchical?.changes ?? [], nameOf = ({ groups }) => groups.join(" minus ");
+  const { hierarchical: model, own_changes: own } = report.groups, changes = model?.changes ?? own, nameOf = ({ groups }) => groups.join(" minus ");
   return [...new Set(changes.map(nameOf))].map(name => {
     const here = changes.filter(change => nameOf(change) === name), shown = here[0].parameters.map(shownAs);
     const changeCell = ({ difference, interval95, changed }, p) => {
@@ -263,7 +263,7 @@ function changesTables() {
       return made;
     };
     return element("div", {}, element("h3", {}, `${name}, each person`), element("div", { class: "scroll" }, element("table", { class: "recordings changes" },
-      element("caption", {}, "Each person\u2019s difference by the hierarchical model, with its 95% interval: bold where the interval leaves out 0, else within measurement error."),
+      element("caption", {}, `Differences${model ? " by the hierarchical model" : ""} with 95% intervals: bold where these leave out 0, else within measurement error.`),
       element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Person"), ...shown.map(parameter => numberHeading(symbolAndUnit(parameter))))),
       element("tbody", {}, ...here.map(({ participant_id: person, parameters }) => element("tr", {}, element("th", { scope: "row" }, person), ...parameters.map(changeCell)))))));
   });

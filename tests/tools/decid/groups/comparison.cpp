@@ -196,3 +196,37 @@ TEST_CASE("groups of recordings with distributions also have a hierarchical mode
   CHECK(decid::tools::page_groups(report)["verdicts"]["sentences"].size() == 1);
   CHECK(decid::tools::page_groups(report)["hierarchical"]["draws"] == 4000);
 }
+
+TEST_CASE("one person's two visits have a change with its interval") {
+  Report report;
+  GroupTable table{"subject", {}};
+  for (const double at : {0.8, -0.8}) {
+    std::vector<double> outputs(1, 0.0);
+    outputs.resize(7, 0.0);
+    outputs.push_back(at);  // of the delay's coordinate
+    outputs.resize(15, 1.2);
+    outputs.resize(decid::mixture_outputs(1, 7), 0.0);
+    RecordingResult made = recording("f", 900.0);
+    made.estimate.distribution = decid::ParameterDistribution(decid::Mixture(1, 7, outputs), report.ranges());
+    made.estimate.parameters[6] = made.estimate.distribution->mean(6);
+    add(report, table, at > 0.0 ? "1" : "2", "s", made);
+  }
+  const Json found = compared(report, table);
+  CHECK(found["hierarchical"].is_null());
+  CHECK(found["reliability"].empty());
+  REQUIRE(found["own_changes"].size() == 1);
+  const Json& change = found["own_changes"][0];
+  CHECK(change["participant_id"] == "s");
+  CHECK(change["groups"] == Json{"1", "2"});
+  REQUIRE(change["parameters"].size() == 7);
+  CHECK(change["parameters"][0]["difference"] == 0.0);
+  CHECK(change["parameters"][0]["changed"] == false);
+  CHECK(change["parameters"][6]["difference"].get<double>() > 0.05);
+  CHECK(change["parameters"][6]["interval95"][0].get<double>() > 0.0);
+  CHECK(change["parameters"][6]["changed"] == true);
+  const std::string text = groups_text(report);
+  CHECK_FALSE(contains(text, "ICC"));
+  CHECK(contains(text, "  s: 1 minus 2\n"));
+  CHECK(contains(text, "  changed\n"));
+  CHECK(decid::tools::page_groups(report)["own_changes"] == found["own_changes"]);
+}
