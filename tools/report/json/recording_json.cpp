@@ -16,10 +16,10 @@ Json other_answer_json(const Report& report) {
   if (!report.network_answers) return nullptr;
   if (report.fit)
     return {{"command", "decid identify"},
-            {"adds", "a second opinion within milliseconds, with three times the squared error"}};
+            {"adds", "a second opinion within milliseconds, with more than twice the squared error"}};
   return {{"command", "decid fit"},
           {"adds",
-           "a third of the squared error, and intervals that allow for start, drift and noise; about 9 s per "
+           "less than half of the squared error, and intervals that allow for start, drift and noise; about 9 s per "
            "recording"}};
 }
 
