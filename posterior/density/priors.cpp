@@ -15,7 +15,7 @@ namespace {
 constexpr double latest_start_s = 1.0, max_gain = 0.9;  // so that the loop's phase factors stay small
 constexpr double longest_standing_s = 60.0;
 constexpr double edge = 0.01, tiny_probability = 1e-6;
-constexpr double max_range_factor = 100.0;  // of a range's upper end, relative to the table's
+constexpr double max_range_factor = 100.0;  // of a range's upper end, over the table's or below it
 
 /// Returns the probability of the normal distribution below the quantile.
 double probability_in(const Quantile& prior, double probability) {
@@ -114,6 +114,12 @@ sim::ParameterTable ranges_for(const Priors& priors, const sim::ParameterTable& 
         throw Error(Code::setting_out_of_range, "range of " + prior.name,
                     format("ends at %g", high) + info->unit_after(),
                     format("give a high end of %g%s or less, %g times the model's", max_range_factor * info->high,
+                           info->unit_after().c_str(), max_range_factor) +
+                        info->unit_hint());
+      if (high < info->high / max_range_factor)  // as of a gain over m g h
+        throw Error(Code::setting_out_of_range, "range of " + prior.name,
+                    format("ends at %g", high) + info->unit_after(),
+                    format("give a high end of %g%s or more, the model's over %g", info->high / max_range_factor,
                            info->unit_after().c_str(), max_range_factor) +
                         info->unit_hint());
       info->low = low;

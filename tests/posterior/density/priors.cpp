@@ -146,7 +146,7 @@ TEST_CASE("ranges_of: priors of no parameter, or of none that can be, are refuse
   check_error([] { ranges({{.name = "kp"}}); }, Code::setting_unknown, "kp");
   check_error([] { ranges({{.name = "Kp"}, {.name = "Kd"}, {.name = "Kp"}}); }, Code::setting_conflict);
   for (const Range wrong : {Range{-1.0, 2.0}, Range{2.0, 2.0}, Range{3.0, 2.0}, Range{0.0, infinity},
-                            Range{not_a_number, 1.0}, Range{0.0, not_a_number}, Range{0.0, 1e6}})
+                            Range{not_a_number, 1.0}, Range{0.0, not_a_number}, Range{0.0, 1e6}, Range{0.5, 1.5}})
     check_error([&] { ranges({{.name = "Kd", .range = wrong}}); }, Code::setting_out_of_range);
   for (const Normal wrong : {Normal{not_a_number, 1.0}, Normal{infinity, 1.0}, Normal{200.0, 0.0}, Normal{200.0, -1.0},
                              Normal{200.0, not_a_number}, Normal{200.0, infinity}})
@@ -161,6 +161,7 @@ TEST_CASE("ranges_of: priors of no parameter, or of none that can be, are refuse
         Code::setting_out_of_range, "100 to");
   for (const double mean : {60.0, 240.0})
     CHECK_NOTHROW(ranges({{.name = "Kd", .range = range, .normal = Normal{mean, 10.0}}}));
+  CHECK_NOTHROW(ranges({{.name = "Kd", .range = Range{1.0, 4.0}}}));
   // The delay that can be simulated has an end.
   CHECK_THROWS_AS(ranges({{.name = "delay", .range = Range{0.0, 1e3}}}), Error);
 }
