@@ -144,7 +144,8 @@ std::size_t compare_within(const std::string& column, const RecordingPlan& plan,
   if (values.size() < 2)
     throw Error(Code::value_missing, where,
                 "the compared recordings have " + counted(static_cast<long long>(values.size()), column),
-                "give two or more in the sheet's column " + column);
+                "give two or more in the sheet's column " + column +
+                    (column == "session" ? ", or in folders ses-LABEL below sub-PARTICIPANT" : ""));
   return left_out;
 }
 

@@ -33,6 +33,9 @@ class Planner {
       : sources_(sources), choice_(choice), reading_(reading) {
     plan_.notes = sheet.notes;
     plan_.sheet = std::move(sheet);
+    names_sessions_ = std::ranges::any_of(lines(), [](const SheetLine& line) { return !line.entry.session.empty(); });
+    for (SheetLine& line : plan_.sheet->lines)  // before bodies are taken from lines of the same session
+      if (!line.file.empty()) set_session(line, path_beside(*plan_.sheet, line.file));
     people_ = PersonLines(lines());
     bodies_ = PersonBodies(lines());
     for (const SheetLine& line : lines()) line_keys_.emplace_back(line.file);
@@ -44,7 +47,6 @@ class Planner {
       file_keys_.emplace_back(source.file.string());
     }
     used_.assign(lines().size(), false);
-    names_sessions_ = std::ranges::any_of(lines(), [](const SheetLine& line) { return !line.entry.session.empty(); });
     names_people_ = choice != Choice::for_groups &&
                     std::ranges::any_of(lines(), [](const SheetLine& line) { return !line.entry.participant.empty(); });
   }
@@ -262,8 +264,21 @@ class Planner {
               "correct the name, or copy the file there"));
   }
 
+  /// Sets the session of a line that has none from its recording's path, if no line of the sheet names a session. A
+  /// path with two is an error of the line.
+  void set_session(SheetLine& line, const std::filesystem::path& path) const {
+    if (names_sessions_ || !line.entry.session.empty() || line.error) return;
+    const std::vector<std::string> labels = PathKey(std::filesystem::absolute(path).string()).session_labels();
+    if (labels.size() > 1)
+      line.error = Error(Code::value_invalid, path.string(),
+                         "names two sessions, " + labels[0] + " and " + labels[1] + ", in its path",
+                         "rename it, or give a column \"session\"");
+    else if (!labels.empty())
+      line.entry.session = labels.front();
+  }
+
   void add(const RecordingSource& source, SheetLine line, const std::optional<Error>& error = {}) {
-    if (!names_sessions_) line.entry.session = PathKey(shown(source)).session_label();
+    set_session(line, source.file);
     Warnings of_body = error || line.error ? Warnings() : bodies_.fill(line);
     PlannedRecording planned{source, reading_, 0, line.entry, line.mass_kg, line.height_m};
     planned.is_body_of_other_line = !of_body.empty();

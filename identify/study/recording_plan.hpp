@@ -58,13 +58,13 @@ enum class Choice { by_call, by_sheet, for_groups };
 /// Plans the recordings of a sheet. A line with a file is of the recordings whose path ends with it (path_match.hpp); a
 /// line without one is of all recordings whose path names its participant, and its session if it has one. Both lines
 /// count for a recording; its own comes first, then `reading` and reading.body. Paths in the sheet are relative to its
-/// folder. If no line has a session, the session is LABEL of "ses-LABEL" in the path. A weight or height that both lack
-/// is that of another line of the person (`body_of_other_line`), before reading.body. The sheet is no recording. These
-/// recordings have an error: one of the call without a line; a line whose file is missing; a person without a
-/// recording, by_sheet; a recording with two lines, or with two people or sessions, and a line with two recordings,
-/// that are equally alike; a line without a participant, if others have one; a wrong cell; and one without the other of
-/// mass and height. Recordings of a person with two bodies or two ages in one session have warnings, and so have copies
-/// of one file. Throws Error for a person in two groups.
+/// folder. If no line has a session, the session is LABEL of "ses-LABEL" in the path (PathKey). A weight or height that
+/// both lack is that of another line of the person (`body_of_other_line`), before reading.body. The sheet is no
+/// recording. These recordings have an error: one of the call without a line; a line whose file is missing; a person
+/// without a recording, by_sheet; a recording with two lines, or with two people or sessions, and a line with two
+/// recordings, that are equally alike; a line without a participant, if others have one; a wrong cell; and one without
+/// the other of mass and height. Recordings of a person with two bodies or two ages in one session have warnings, and
+/// so have copies of one file. Throws Error for a person in two groups.
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading);
 

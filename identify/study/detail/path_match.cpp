@@ -73,16 +73,24 @@ PathKey::Likeness PathKey::ends_with(const PathKey& end) const {
   return end_folders.empty() || same_end(folders, end_folders) ? Likeness::without_ending : Likeness::none;
 }
 
-std::string PathKey::session_label() const {
+std::vector<std::string> PathKey::session_labels() const {
   constexpr std::string_view prefix = "ses-";
-  std::string label;
-  for (std::size_t i = 0; i < exact_.size(); ++i) {
-    const bool is_file = i + 1 == exact_.size();
-    std::istringstream entities(is_file ? without_ending(exact_[i]) : exact_[i]);
-    for (std::string entity; std::getline(entities, entity, '_');)
-      if (entity.starts_with(prefix)) label = entity.substr(prefix.size(), entity.find('#') - prefix.size());
+  std::vector<std::string> labels;
+  const auto add = [&](const std::string& entity) {
+    if (!text_key(entity).starts_with(prefix)) return;
+    const std::string label = entity.substr(prefix.size(), entity.find('#') - prefix.size());
+    const auto is_same = [&](const std::string& other) { return text_key(other) == text_key(label); };
+    if (!label.empty() && std::ranges::none_of(labels, is_same)) labels.push_back(label);
+  };
+  bool is_below_participant = false;
+  for (std::size_t i = 0; i + 1 < exact_.size(); ++i) {
+    if (is_below_participant) add(exact_[i]);
+    is_below_participant = is_below_participant || forgiving_[i].starts_with("sub-");
   }
-  return label;
+  if (exact_.empty()) return labels;
+  std::istringstream entities(without_ending(exact_.back()));
+  for (std::string entity; std::getline(entities, entity, '_');) add(entity);
+  return labels;
 }
 
 PathKey::Naming PathKey::naming_of(const std::string& wanted, const std::string& prefix) const {

@@ -27,9 +27,9 @@ class PathKey {
   /// "data/sub-01/ses-1/trial.csv", "P1" names "P1_closed.csv" but not "P10.csv". Numbers need "sub-" or a folder.
   Naming naming_of_participant(const std::string& participant) const { return naming_of(participant, "sub-"); }
   Naming naming_of_session(const std::string& session) const { return naming_of(session, "ses-"); }
-  /// Returns LABEL of the last "ses-LABEL" that is a folder or stands between underscores in the file's name (BIDS 1.9,
-  /// entities); empty if there is none.
-  std::string session_label() const;
+  /// Returns the different LABELs of "ses-LABEL" (BIDS 1.9, entities): of folders below a "sub-" one, and between
+  /// underscores in the file's name. Letter case does not count.
+  std::vector<std::string> session_labels() const;
 
  private:
   Naming naming_of(const std::string& wanted, const std::string& prefix) const;

@@ -58,16 +58,18 @@ TEST_CASE("path_match: how clearly a path names a participant") {
   CHECK(participant("t.csv", "") == Naming::none);
 }
 
-TEST_CASE("path_match: the session of a path in BIDS' names") {
-  const auto label = [](const std::string& path) { return PathKey(path).session_label(); };
-  CHECK(label("sub-01/ses-1/motion/sub-01_ses-1_task-sway_motion.tsv") == "1");
-  CHECK(label("sub-01/ses-Pre/t.csv") == "Pre");
-  CHECK(label("sub-01_ses-2.csv") == "2");
-  CHECK(label("sub-01_ses-2.csv#3") == "2");
-  CHECK(label("ses-pilot/sub-01/ses-3/t.csv") == "3");
-  CHECK(label("sub-01/t.csv").empty());
-  CHECK(label("courses-1/noses-2_t.csv").empty());
-  CHECK(label("ses-/t.csv").empty());
+TEST_CASE("path_match: the sessions of a path in BIDS' names") {
+  using Labels = std::vector<std::string>;
+  const auto labels = [](const std::string& path) { return PathKey(path).session_labels(); };
+  CHECK(labels("sub-01/ses-1/motion/sub-01_ses-1_task-sway_motion.tsv") == Labels{"1"});
+  CHECK(labels("sub-01/SES-Pre/t.csv") == Labels{"Pre"});
+  CHECK(labels("Sub-01/ses-pre/sub-01_ses-Pre_t.csv") == Labels{"pre"});
+  CHECK(labels("sub-01_ses-2.csv") == Labels{"2"});
+  CHECK(labels("sub-01_ses-2.csv#3") == Labels{"2"});
+  CHECK(labels("ses-pilot/sub-01/ses-3/t.csv") == Labels{"3"});  // a folder above the people is no visit
+  CHECK(labels("sub-01/ses-1/sub-01_ses-2_t.csv") == Labels{"1", "2"});
+  for (const char* path : {"sub-01/t.csv", "courses-1/noses-2_t.csv", "sub-1/ses-/t.csv", "ses-1/t.csv", ""})
+    CHECK(labels(path).empty());
 }
 
 TEST_CASE("lines of people: a folder and sub- come before a file's name; two people equally clear are an error") {

@@ -77,6 +77,22 @@ TEST_CASE("plan_of: sessions are those of BIDS' paths, unless a line has one") {
     CHECK(plan.recordings[2].entry.session.empty());
     for (const PlannedRecording& one : plan.recordings) CHECK(one.warnings.empty());
   }
+  // A missing body comes from the line of the same session, also where the path tells it.
+  const std::vector<std::string> visits{"sub-01/ses-1/t.csv", "sub-01/ses-2/t.csv", "sub-01/ses-1/u.csv"};
+  const RecordingPlan weights =
+      plan_of_text(folder,
+                   "file\tparticipant_id\theight\tweight\n" + visits[0] + "\tsub-01\t175\t80\n" + visits[1] +
+                       "\tsub-01\t175\t95\n" + visits[2] + "\tsub-01\t175\tn/a\n",
+                   visits, Choice::by_sheet);
+  REQUIRE(weights.recordings.size() == 3);
+  CHECK(weights.recordings[2].entry.session == "1");
+  CHECK(weights.recordings[2].mass_kg == 80.0);
+  // Two sessions in a path.
+  const RecordingPlan unclear =
+      plan_of_text(folder, "participant_id\nsub-01\n", {"sub-01/ses-1/a_ses-2_t.csv"}, Choice::by_call);
+  REQUIRE(unclear.recordings.size() == 1);
+  REQUIRE(unclear.recordings[0].error);
+  CHECK(unclear.recordings[0].error->code() == Code::value_invalid);
   const RecordingPlan stated = plan_of_text(folder, "participant_id\tsession\nsub-01\tn/a\nsub-02\tlate\n",
                                             {files[0], "sub-02/ses-late/t.csv"}, Choice::by_call);
   CHECK(stated.recordings[0].entry.session.empty());
