@@ -155,6 +155,7 @@ struct Change {
 struct OwnChange {
   std::string participant, first, second;  ///< the cells by their names
   std::vector<Quantity> difference;        ///< per parameter, first less second
+  bool has_caution = false;                ///< of one of the recordings: the intervals may be too narrow
 };
 
 struct Result {

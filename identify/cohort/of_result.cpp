@@ -149,7 +149,8 @@ Finding find_evidence(const RecordingResult& result, const Report& report) {
   return {.measurement = Measurement::of_distribution(*distribution)};
 }
 
-/// Returns true if a result has a distribution of the inferred parameters: a network's is not the one given the others.
+/// Returns true if a result has a distribution of the inferred parameters. A network answers for all parameters: its
+/// distribution is not the one given the fixed parameters.
 bool has_distribution(const Report& report, const RecordingResult& result) {
   if (result.fit && result.fit->answer == FitFigures::Answer::posterior) return true;
   return result.estimate.distribution && report.inferred_parameters().size() == report.protocol.parameters().size();
@@ -276,18 +277,24 @@ std::vector<std::optional<Reliability>> compute_reliability(const Report& report
 
 std::vector<OwnChange> compute_own_changes(const Report& report, std::span<const Recording> members,
                                            const std::string& first, const std::string& second, double mgh_nm_rad) {
-  std::map<std::string, std::array<std::vector<const RecordingResult*>, 2>> participants;
+  struct Person {
+    std::array<std::vector<const RecordingResult*>, 2> visits;
+    bool has_caution = false;
+  };
+  std::map<std::string, Person> participants;
   FirstOfJoint is_first;
   for (std::size_t i = 0; i < members.size(); ++i) {
     const std::string cell = members[i].group.empty() ? std::string() : cell_of(members[i]);
     if ((cell != first && cell != second) || !has_distribution(report, report.recordings[i])) continue;
-    if (is_first(report.recordings[i]))
-      participants[members[i].participant][cell == first ? 0 : 1].push_back(&report.recordings[i]);
+    Person& person = participants[members[i].participant];
+    person.has_caution |= report.recordings[i].trust() != Trust::usable;
+    if (is_first(report.recordings[i])) person.visits[cell == first ? 0 : 1].push_back(&report.recordings[i]);
   }
   std::vector<OwnChange> found;
-  for (const auto& [name, visits] : participants) {
+  for (const auto& [name, person] : participants) {
+    const auto& visits = person.visits;
     if (visits[0].empty() || visits[1].empty()) continue;
-    OwnChange& change = found.emplace_back(OwnChange{name, first, second, {}});
+    OwnChange& change = found.emplace_back(OwnChange{name, first, second, {}, person.has_caution});
     for (const std::size_t p : report.inferred_parameters()) {
       Sum sum;
       double mean = 0.0;

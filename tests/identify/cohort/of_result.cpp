@@ -362,6 +362,11 @@ TEST_CASE("cohort: one person's change has the interval of both recordings, with
   CHECK(within(change.interval95[0], differences[differences.size() / 40], 0.02 * change.sd));
   CHECK(within(change.interval95[1], differences[differences.size() * 39 / 40], 0.02 * change.sd));
   CHECK_FALSE(decid::cohort::excludes_zero(change));
+  CHECK_FALSE(groups.own_changes[0].has_caution);
+  decid::add_warning(report.recordings[1].warnings, decid::Severity::caution, "slow_sway", "of another person");
+  CHECK_FALSE(made.compared().own_changes.at(0).has_caution);
+  decid::add_warning(report.recordings[3].warnings, decid::Severity::caution, "slow_sway", "of this person");
+  CHECK(made.compared().own_changes.at(0).has_caution);
   // Four recordings per visit halve the standard deviation.
   for (int more = 0; more < 3; ++more)
     for (const std::size_t i : {std::size_t{0}, std::size_t{3}}) {

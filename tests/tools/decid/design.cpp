@@ -46,6 +46,10 @@ TEST_CASE("decid/design: the JSON names its call, which computes it again from t
   other["draws"] = 9;
   write_text(folder / "other.json", other.dump());
   CHECK(run_decid("rerun " + folder / "other.json").code == 1);
+  other["arguments"][0] = "--help";
+  write_text(folder / "other.json", other.dump());
+  check_refused("rerun " + folder / "other.json" + " -o " + folder / "help.json", "--help");
+  CHECK_FALSE(std::filesystem::exists(folder / "help.json"));
   write_text(protocol, std::string(brief_protocol) + "\n");
   check_refused("rerun " + saved, protocol);
 }

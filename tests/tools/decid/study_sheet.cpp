@@ -297,6 +297,20 @@ TEST_CASE("rerun: the same bytes; a changed result is noticed") {
   CHECK(run_decid("rerun " + folder / "changed.json").code == 1);
   check_refused("rerun " + folder / "o.json" + " -o " + folder / "none/again.json", "again.json");
 
+  // Edited JSON, and a name that JSON cannot hold.
+  const auto edited = [&](const std::string& key, const Json& value) {
+    Json other = json;
+    (key == "arguments" ? other["arguments"][0] : other["inputs"][0][key]) = value;
+    write_text(folder / "edited.json", other.dump());
+    return "rerun " + folder / "edited.json";
+  };
+  check_refused(edited("file", 5), "edited.json");
+  check_refused(edited("sha256", 5), "edited.json");
+  check_refused(edited("file", "t\xEF\xBF\xBD.csv"), "not UTF-8");
+  for (const char* help : {"-h", "--help"})
+    check_refused(edited("arguments", help) + " -o " + folder / "help.json", help);
+  CHECK_FALSE(std::filesystem::exists(folder / "help.json"));
+
   // A recording that cannot be used is part of the result.
   write_text(folder / "short.csv", "time,sway_deg\n0,0\n0.01,1\n0.02,0\n");
   CHECK(run_decid("identify --quiet " + folder / "t.csv" + " " + folder / "short.csv" + " -o " + folder / "two.json")

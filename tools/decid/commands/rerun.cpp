@@ -10,6 +10,7 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
+#include "base/text.hpp"
 #include "base/version.hpp"
 #include "identify/result.hpp"
 #include "tools/decid/command.hpp"
@@ -44,6 +45,12 @@ const Repeatable* find_repeatable(const Json& command) {
 /// Keys of computing times, which differ from call to call, and of the threads that they are of.
 constexpr const char* timed_keys[] = {"seconds", "mean_s", "max_s", "threads"};
 
+/// Returns true for an element of "inputs": a name, and a hash or null.
+bool is_input(const Json& input) {
+  return input.is_object() && input.contains("file") && input["file"].is_string() && input.contains("sha256") &&
+         (input["sha256"].is_string() || input["sha256"].is_null());
+}
+
 /// Throws Error unless the inputs are those of the call, and this decid wrote the result.
 Call read_call(const std::string& path, const std::string& content) {
   Json all;
@@ -63,8 +70,7 @@ Call read_call(const std::string& path, const std::string& content) {
     throw Error(Code::file_differs, path, "was written by decid " + all["decid"].dump(),
                 std::string("this is decid ") + version + "; use that version");
   for (const Json& input : all["inputs"]) {
-    if (!input.is_object() || !input.contains("file") || !input.contains("sha256"))
-      throw Error(Code::file_damaged, path, "names its inputs in another form", wanted_file);
+    if (!is_input(input)) throw Error(Code::file_damaged, path, "names its inputs in another form", wanted_file);
     const std::string file = input["file"].get<std::string>();
     const Json& hash = input["sha256"];
     const bool is_there = file == "-" || path_exists(file);
@@ -72,6 +78,9 @@ Call read_call(const std::string& path, const std::string& content) {
     if (hash.is_null())
       throw Error(Code::not_supported, file, "is not a file whose content is known",
                   "save it as a file, and run the call again");
+    if (!is_there && file.find("\xEF\xBF\xBD") != std::string::npos)
+      throw Error(Code::file_missing, file, "is an input of " + path + " whose name was not UTF-8",
+                  "rename the file, and run the first call again");
     if (!is_there)
       throw Error(Code::file_missing, file, "is an input of " + path + ", and is not there",
                   "run decid rerun in the folder of the first call, or restore the file");
@@ -140,7 +149,8 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
-/// Returns the JSON of the call, computed again. Recordings that fail, as in the first call, have their error there.
+/// Returns the JSON of the call, computed again; other text, or none, if its arguments ask for help. Recordings that
+/// fail, as in the first call, have their error there.
 std::string compute_again(const Call& call, const CommonOptions& common) {
   if (find_repeatable(call.command)->only_prints) return run(call, {}, common);
   const ScratchFolder scratch;
@@ -152,7 +162,17 @@ std::string compute_again(const Call& call, const CommonOptions& common) {
   } catch (const Error&) {
     if (!path_exists(json)) throw;
   }
-  return read_file(json);
+  return path_exists(json) ? read_file(json) : std::string();
+}
+
+/// Throws Error if the call gave no JSON, as --help in edited arguments does.
+void require_json(const std::string& result, const Call& call, const std::string& path) {
+  try {
+    parse_json(result, path);
+  } catch (const Error&) {
+    throw Error(Code::setting_malformed, path,
+                "has arguments that give no result: " + one_line(joined(call.arguments, " ")), "was the JSON edited?");
+  }
 }
 
 void remove_times(Json& json) {
@@ -176,6 +196,7 @@ void run_rerun(const RerunOptions& options) {
   if (!options.output.empty()) PendingFile probe(options.output);  // reports an unwritable place before the work
   const Call call = read_call(options.result, before);
   const std::string now = compute_again(call, options.common);
+  require_json(now, call, options.result);
   if (!options.output.empty()) write_file(options.output, now);
   const bool is_same = now == before;
   if (!is_same && !alike_but_for_times(before, now))

@@ -266,7 +266,7 @@ std::string changes_text(const cohort::Result& found, const sim::ParameterTable&
   return text;
 }
 
-/// Returns the changes of people whom no hierarchical model has: a table for each person.
+/// Returns the changes of people without a hierarchical model: a table for each person.
 std::string own_changes_text(const std::vector<cohort::OwnChange>& changes, const sim::ParameterTable& table) {
   if (changes.empty()) return {};
   const std::vector<std::string> labels = row_labels(table);
@@ -278,6 +278,7 @@ std::string own_changes_text(const std::vector<cohort::OwnChange>& changes, cons
       text += format("    %s %12.4g %24s  %s\n", labels[p].c_str(), change.difference[p].mean,
                      interval_text(change.difference[p].interval95).c_str(),
                      cohort::excludes_zero(change.difference[p]) ? "changed" : "within measurement error");
+    if (change.has_caution) text += "    a recording has a caution: the intervals may be too narrow\n";
   }
   return text;
 }

@@ -139,8 +139,8 @@ std::string note_on_small(const GroupComparison& found, std::size_t place, bool 
 }
 
 /// Returns notes for people, beside the verdicts: that each recording counts as a person; sessions and conditions that
-/// may mislead (visit_notes.hpp); groups of nobody, and unless most sessions have one person groups of one, with the
-/// group whose name they may misspell; groups whose names are marks of exclusion.
+/// may mislead (visit_notes.hpp); groups of nobody, and groups of one unless most sessions or the whole comparison have
+/// one person, with the group whose name they may misspell; groups whose names are marks of exclusion.
 std::vector<std::string> group_notes(const Report& report) {
   std::vector<std::string> notes;
   const GroupTable& table = report.groups->table;
@@ -158,7 +158,7 @@ std::vector<std::string> group_notes(const Report& report) {
   add(lone);
   for (std::size_t place = 0; place < found.groups.size(); ++place) {
     const std::size_t participants = found.groups[place].participants;
-    if (participants == 0 || (participants < 2 && lone.empty()))
+    if (participants == 0 || (participants == 1 && lone.empty() && !has_one_person(*report.groups)))
       notes.push_back(note_on_small(found, place, std::ranges::find(found.too_small, place) != found.too_small.end()));
   }
   std::set<std::string> groups;

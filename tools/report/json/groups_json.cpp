@@ -121,13 +121,14 @@ Json cohort_json(const Report& report) {
           {"changes", std::move(changes)}};
 }
 
-/// Returns a list as "changes" of the hierarchical model, of people whom it has not.
+/// Returns a list as "changes" of the hierarchical model, of people whom it lacks.
 Json own_changes_json(const Report& report) {
   Json changes = Json::array();
   const sim::ParameterTable parameters = report.compared_parameters();
   for (const cohort::OwnChange& change : report.groups->own_changes)
     changes.push_back({{"participant_id", change.participant},
                        {"groups", {change.first, change.second}},
+                       {"caution", change.has_caution},
                        {"parameters", each_parameter(parameters, [&](std::size_t p, Json& one) {
                           one["difference"] = change.difference[p].mean;
                           one["sd"] = change.difference[p].sd;

@@ -97,6 +97,14 @@ std::vector<std::string> notes_on_mixed(const GroupReport& groups, bool has_stud
   return notes;
 }
 
+bool has_one_person(const GroupReport& groups) {
+  std::set<std::string> people;
+  for (std::size_t i = 0; i < groups.table.members.size(); ++i)
+    if (const GroupMember& one = groups.table.members[i]; !one.group.empty() && groups.left_out[i].empty())
+      people.insert(one.participant);
+  return people.size() == 1;
+}
+
 std::vector<std::string> notes_on_lone_sessions(const GroupReport& groups) {
   std::map<std::string, std::set<std::string>, NameOrder> people_of;
   for (std::size_t i = 0; i < groups.table.members.size(); ++i) {
@@ -104,7 +112,7 @@ std::vector<std::string> notes_on_lone_sessions(const GroupReport& groups) {
     if (!one.group.empty() && !one.session.empty() && groups.left_out[i].empty())
       people_of[one.session].insert(one.participant);
   }
-  if (!most_are_of_one_person(people_of)) return {};
+  if (!most_are_of_one_person(people_of) || has_one_person(groups)) return {};
   const std::string shown =
       first_of(people_of, ", ", [](const std::string& session, const auto&) { return one_line(session); });
   return {"Most sessions have one person alone (" + shown +

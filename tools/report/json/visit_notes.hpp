@@ -12,7 +12,11 @@ namespace decid::tools {
 /// groups contain theirs. has_study: --within can compare them without another option.
 std::vector<std::string> notes_on_mixed(const GroupReport& groups, bool has_study);
 
-/// Returns a note if most of the compared sessions have one person alone, as each person's dates have; else nothing.
+/// Returns true if all compared recordings are of one person.
+bool has_one_person(const GroupReport& groups);
+
+/// Returns a note if most of the compared sessions have one person alone, as each person's dates have; else nothing, as
+/// for the sessions of one person.
 std::vector<std::string> notes_on_lone_sessions(const GroupReport& groups);
 
 /// Returns a note if the compared sessions are dates such as 3/4/2024, whose day and month may be swapped.

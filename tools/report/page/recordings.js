@@ -256,6 +256,7 @@ function changesTables() {
   const { hierarchical: model, own_changes: own } = report.groups, changes = model?.changes ?? own, nameOf = ({ groups }) => groups.join(" minus ");
   return [...new Set(changes.map(nameOf))].map(name => {
     const here = changes.filter(change => nameOf(change) === name), shown = here[0].parameters.map(shownAs);
+    const cautious = here.filter(({ caution }) => caution).map(({ participant_id: person }) => person).join(", ");
     const changeCell = ({ difference, interval95, changed }, p) => {
       const { factor } = shown[p], decimals = decimalsOf(shown[p]), made = cell(shown[p].name, fixed(factor * difference, decimals));
       made.append(" ", element("small", {}, between(interval95.map(value => factor * value), decimals)));
@@ -263,7 +264,8 @@ function changesTables() {
       return made;
     };
     return element("div", {}, element("h3", {}, `${name}, each person`), element("div", { class: "scroll" }, element("table", { class: "recordings changes" },
-      element("caption", {}, `Differences${model ? " by the hierarchical model" : ""} with 95% intervals: bold where these leave out 0, else within measurement error.`),
+      element("caption", {}, `Differences${model ? " by the hierarchical model" : ""} with 95% intervals: bold where these leave out 0, else within measurement error.` +
+        (cautious ? ` A recording has a caution, so intervals may be too narrow: ${cautious}.` : "")),
       element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Person"), ...shown.map(parameter => numberHeading(symbolAndUnit(parameter))))),
       element("tbody", {}, ...here.map(({ participant_id: person, parameters }) => element("tr", {}, element("th", { scope: "row" }, person), ...parameters.map(changeCell)))))));
   });

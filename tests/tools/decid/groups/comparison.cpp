@@ -229,4 +229,9 @@ TEST_CASE("one person's two visits have a change with its interval") {
   CHECK(contains(text, "  s: 1 minus 2\n"));
   CHECK(contains(text, "  changed\n"));
   CHECK(decid::tools::page_groups(report)["own_changes"] == found["own_changes"]);
+  CHECK(change["caution"] == false);
+  CHECK_FALSE(contains(text, "caution"));
+  decid::add_warning(report.recordings[1].warnings, decid::Severity::caution, "slow_sway", "moves slowly");
+  CHECK(compared(report, table)["own_changes"][0]["caution"] == true);
+  CHECK(contains(groups_text(report), "a recording has a caution"));
 }

@@ -137,6 +137,16 @@ TEST_CASE("verdicts: notes on conditions that differ between groups, on sessions
   for (decid::GroupMember& member : table.members) member.condition = member.sheet_condition;
   CHECK(notes().empty());
 
+  // The sessions of one person have one person each.
+  report = {};
+  table = {"subject", {}};
+  table.has_groups = false;
+  for (const char* session : {"1", "2", "3"}) {
+    add_one("all", "a", session, "");
+    table.members.back().session = session;
+  }
+  CHECK(notes().empty());
+
   // Each person has dates of its own: one note for all, instead of one per date.
   report = {};
   table = {"subject", {}};
