@@ -35,6 +35,15 @@ std::vector<float> without_line(std::span<const float> values) {
   return left;
 }
 
+/// Returns the means over blocks of this many samples, about the mean of all samples; the last block is whole.
+std::vector<double> block_means(std::span<const float> sway_rad, std::size_t block_samples) {
+  const double mean = decid::mean(sway_rad);
+  std::vector<double> means;
+  for (std::size_t k = 0; k + block_samples <= sway_rad.size(); k += block_samples)
+    means.push_back(decid::mean(sway_rad.subspan(k, block_samples)) - mean);
+  return means;
+}
+
 double two_sided(double recorded, std::span<const double> simulated) {
   const auto low = std::ranges::count_if(simulated, [&](double value) { return value <= recorded; });
   const auto high = std::ranges::count_if(simulated, [&](double value) { return value >= recorded; });
@@ -122,16 +131,17 @@ double PredictiveChecker::between_cycles_deg(std::span<const float> sway_rad) co
   std::size_t length = cycles_[1] - cycles_[0];
   for (std::size_t i = 0; i < count; ++i)
     length = std::min(length, std::min(cycles_[i + 1], sway_rad.size()) - cycles_[i]);
-  std::vector<double> means;
-  for (std::size_t i = 0; i < count; ++i) means.push_back(decid::mean(sway_rad.subspan(cycles_[i], length)));
+  std::vector<std::vector<double>> cycles;  // block means, each about its mean
+  for (std::size_t i = 0; i < count; ++i)
+    cycles.push_back(block_means(sway_rad.subspan(cycles_[i], length), block_samples_));
+  if (cycles.front().empty()) return 0.0;
   double squares = 0.0;
-  for (std::size_t k = 0; k < length; ++k) {
-    const auto value = [&](std::size_t i) { return static_cast<double>(sway_rad[cycles_[i] + k]) - means[i]; };
+  for (std::size_t block = 0; block < cycles.front().size(); ++block) {
     double middle = 0.0;
-    for (std::size_t i = 0; i < count; ++i) middle += value(i) / static_cast<double>(count);
-    for (std::size_t i = 0; i < count; ++i) squares += (value(i) - middle) * (value(i) - middle);
+    for (const std::vector<double>& cycle : cycles) middle += cycle[block] / static_cast<double>(count);
+    for (const std::vector<double>& cycle : cycles) squares += (cycle[block] - middle) * (cycle[block] - middle);
   }
-  return std::sqrt(squares / static_cast<double>(length * (count - 1))) / sim::rad_per_deg;
+  return std::sqrt(squares / static_cast<double>(cycles.front().size() * (count - 1))) / sim::rad_per_deg;
 }
 
 PredictiveChecker::Shown PredictiveChecker::show(std::span<const float> as_recorded,
@@ -140,15 +150,12 @@ PredictiveChecker::Shown PredictiveChecker::show(std::span<const float> as_recor
   const std::vector<float> sway_rad = without_line(as_recorded);
   const double mean = decid::mean(sway_rad);
   std::vector<double> windowed(static_cast<std::size_t>(fft_.length()), 0.0);
-  double squares = 0.0, window_squares = 0.0;
+  double window_squares = 0.0;
   for (std::size_t k = 0; k < sway_rad.size(); ++k) {
     const double value_deg = (static_cast<double>(sway_rad[k]) - mean) / sim::rad_per_deg;
-    squares += value_deg * value_deg;
-    shown.max_deg = std::max(shown.max_deg, std::abs(value_deg));
     windowed[k] = window_[k] * value_deg;
     window_squares += window_[k] * window_[k];
   }
-  shown.level_deg = std::sqrt(squares / static_cast<double>(sway_rad.size()));
   std::vector<sim::Complex> spectrum(static_cast<std::size_t>(fft_.bins()));
   std::vector<sim::Complex> work(static_cast<std::size_t>(fft_.work_length()));
   fft_.forward(windowed, spectrum, work);
@@ -160,8 +167,14 @@ PredictiveChecker::Shown PredictiveChecker::show(std::span<const float> as_recor
   if (frf_)
     for (const sim::FrfPoint& point : frf_->measure(sway_rad, tilt_rad)) shown.responses.push_back(point.response);
   shown.between_cycles_deg = between_cycles_deg(sway_rad);
-  for (std::size_t k = 0; k + block_samples_ <= sway_rad.size(); k += block_samples_)
-    shown.blocks_rad.push_back(decid::mean(std::span(sway_rad).subspan(k, block_samples_)) - mean);
+  shown.blocks_rad = block_means(sway_rad, block_samples_);
+  double squares = 0.0;
+  for (const double block_rad : shown.blocks_rad) {
+    squares += block_rad * block_rad;
+    shown.max_deg = std::max(shown.max_deg, std::abs(block_rad) / sim::rad_per_deg);
+  }
+  shown.level_deg =
+      std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, shown.blocks_rad.size()))) / sim::rad_per_deg;
   return shown;
 }
 

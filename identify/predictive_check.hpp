@@ -19,8 +19,9 @@ namespace decid {
 /// is subtracted first.
 struct CheckedFigure {
   std::string name;  ///< "0.05 to 0.2 Hz" and other bands: the rms there; "frequency response": squared distance from
-                     ///< the simulated trials' mean over their variance; "level": the rms; "largest
-                     ///< sway"; "between cycles": the standard deviation between cycles
+                     ///< the simulated trials' mean over their variance. Of means over blocks, whose noise is that of
+                     ///< the draws at any sample rate: "level", the rms; "largest sway"; "between cycles", the standard
+                     ///< deviation between cycles
   bool in_degrees = true;  ///< else it has no unit
   double recorded = 0.0;
   double low = 0.0, middle = 0.0, high = 0.0;  ///< quantiles of the simulated trials: 5%, 50% and 95%
@@ -47,7 +48,7 @@ struct PredictiveCheck {
 /// The plan for trials of one protocol: immutable, so one serves all threads.
 class PredictiveChecker {
  public:
-  /// block_s: of PredictiveCheck::sway_rad.
+  /// block_s: of PredictiveCheck::sway_rad, and of figures.
   PredictiveChecker(const sim::Simulator& simulator, double block_s);
 
   /// draws: some; trial: of the protocol's samples. The same bits for any number of threads. Throws Error if there are
