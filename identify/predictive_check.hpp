@@ -19,9 +19,9 @@ namespace decid {
 /// is subtracted first.
 struct CheckedFigure {
   std::string name;  ///< "0.05 to 0.2 Hz" and other bands: the rms there; "frequency response": squared distance from
-                     ///< the simulated trials' mean over their variance. Of means over blocks, whose noise is that of
-                     ///< the draws at any sample rate: "level", the rms; "largest sway"; "between cycles", the standard
-                     ///< deviation between cycles
+                     ///< the simulated trials' mean over their variance; "level": the rms; "largest sway"; "between
+                     ///< cycles": the standard deviation between cycles. The last three take means over blocks, whose
+                     ///< noise the draws know at any sample rate
   bool in_degrees = true;  ///< else it has no unit
   double recorded = 0.0;
   double low = 0.0, middle = 0.0, high = 0.0;  ///< quantiles of the simulated trials: 5%, 50% and 95%
