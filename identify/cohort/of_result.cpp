@@ -135,6 +135,13 @@ Finding evidence_of_draws(const RecordingResult& result, const Report& report, c
   return {.reason = !weights.empty() && measure({}) ? "narrow_prior" : "flat_draws"};
 }
 
+/// Returns true if a result has a distribution of the inferred parameters. A network answers for all parameters: its
+/// distribution is not the one given the fixed parameters.
+bool has_distribution(const Report& report, const RecordingResult& result) {
+  if (result.fit && result.fit->answer == FitFigures::Answer::posterior) return true;
+  return result.estimate.distribution && report.inferred_parameters().size() == report.protocol.parameters().size();
+}
+
 Finding find_evidence(const RecordingResult& result, const Report& report) {
   const sim::ParameterTable ranges = report.ranges_for(result);
   const std::vector<std::size_t> inferred = report.inferred_parameters();
@@ -142,18 +149,10 @@ Finding find_evidence(const RecordingResult& result, const Report& report) {
   if (!alike(report.ranges(), ranges, inferred, mgh_ratio)) return {.reason = "other_ranges"};
   if (result.fit && result.fit->answer == FitFigures::Answer::posterior)
     return evidence_of_draws(result, report, ranges, inferred);
-  const std::optional<ParameterDistribution>& distribution = result.estimate.distribution;
-  // A network answers for all parameters: its distribution is not the one given the fixed parameters.
-  if (!distribution || inferred.size() != ranges.size()) return {.reason = "no_distribution"};
-  if (!same_ranges(*distribution, ranges)) return {.reason = "other_ranges"};
-  return {.measurement = Measurement::of_distribution(*distribution)};
-}
-
-/// Returns true if a result has a distribution of the inferred parameters. A network answers for all parameters: its
-/// distribution is not the one given the fixed parameters.
-bool has_distribution(const Report& report, const RecordingResult& result) {
-  if (result.fit && result.fit->answer == FitFigures::Answer::posterior) return true;
-  return result.estimate.distribution && report.inferred_parameters().size() == report.protocol.parameters().size();
+  if (!has_distribution(report, result)) return {.reason = "no_distribution"};
+  const ParameterDistribution& distribution = *result.estimate.distribution;
+  if (!same_ranges(distribution, ranges)) return {.reason = "other_ranges"};
+  return {.measurement = Measurement::of_distribution(distribution)};
 }
 
 /// Evenly spaced quantiles of a sum of independent quantities.
