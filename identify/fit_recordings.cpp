@@ -93,7 +93,8 @@ class Fitter::Plan {
     std::map<std::pair<double, bool>, Density> others_;  // by the prior of the start, and moved_before
   };
 
-  Plan(const Model* model, const sim::Protocol& protocol, const FitRequest& request) : own(protocol, request.priors) {
+  Plan(const Model* model, const sim::Protocol& protocol, const FitRequest& request)
+      : own(protocol, posterior::in_si_units(request.priors, protocol)) {
     if (model != nullptr && knows_experiment(*model, protocol.experiment))
       network_.emplace(*model, for_body(*model, "the model", protocol.experiment.body));
     for (const FitRequest::Other& other : request.others) {
@@ -101,7 +102,8 @@ class Fitter::Plan {
       of_other.experiment.body_model = other.controller;
       posterior::Priors priors = request.priors;
       priors.parameters = other.parameters;
-      others.emplace_back(of_other, posterior::with_conventions(std::move(priors), of_other.ranges()));
+      priors = posterior::with_conventions(std::move(priors), of_other.ranges());
+      others.emplace_back(of_other, posterior::in_si_units(std::move(priors), of_other));
     }
   }
 

@@ -25,6 +25,11 @@ void set_body(const Report& report, GroupReport& made) {
   made.mgh_nm_rad = made.bodies_differ ? sim::Body{}.mgh() : first.value_or(report.protocol.experiment.body.mgh());
 }
 
+sim::ParameterTable ranges_of(const std::optional<FitRequest>& fit, const sim::Protocol& protocol) {
+  const sim::ParameterTable table = protocol.ranges();
+  return fit ? posterior::ranges_for(posterior::in_si_units(fit->priors, protocol), table) : table;
+}
+
 }  // namespace
 
 std::string reason_to_leave_out(const RecordingResult& result) {
@@ -55,12 +60,15 @@ Warnings most_severe_first(std::initializer_list<Warnings> lists) {
 }
 
 sim::ParameterTable Report::ranges() const {
-  return fit ? posterior::ranges_for(fit->priors, protocol.ranges()) : protocol.ranges();
+  return ranges_of(fit, protocol);
 }
 
 sim::ParameterTable Report::ranges_for(const RecordingResult& recording) const {
-  const sim::ParameterTable table = protocol_for(recording).ranges();
-  return fit ? posterior::ranges_for(fit->priors, table) : table;
+  return ranges_of(fit, protocol_for(recording));
+}
+
+posterior::Priors Report::priors_for(const RecordingResult& recording) const {
+  return fit ? posterior::in_si_units(fit->priors, protocol_for(recording)) : posterior::Priors{};
 }
 
 std::vector<std::string> Report::fixed_parameters() const {

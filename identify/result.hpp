@@ -20,7 +20,7 @@
 namespace decid {
 
 struct FitRequest {
-  posterior::Priors priors;  ///< where a recording's tilt was measured, its start is known
+  posterior::Priors priors;  ///< where a recording's tilt was measured, its start is known; may be over m g h
   posterior::Settings settings;
   bool keeps_log_likelihood = false;  ///< posterior::Inferred::log_likelihood
   /// A controller that is fitted too, and compared with the protocol's, and the priors of its parameters.
@@ -153,6 +153,8 @@ struct Report : ReportSetting {
   sim::ParameterTable ranges() const;
   /// Returns the parameters with their ranges for the recording's body.
   sim::ParameterTable ranges_for(const RecordingResult& recording) const;
+  /// Returns the priors of the fit in SI units, for the recording's body; the default ones without a fit.
+  posterior::Priors priors_for(const RecordingResult& recording) const;
 
   /// Returns the names of the parameters that a fit's priors fix.
   std::vector<std::string> fixed_parameters() const;

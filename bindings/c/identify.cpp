@@ -193,10 +193,19 @@ std::vector<decid::posterior::ParameterPrior> parameter_priors(const decid_fit_o
   if (asked.parameter_prior_count > 0) given(asked.parameter_priors, where, "parameter_priors");
   for (std::size_t i = 0; i < asked.parameter_prior_count; ++i) {
     const decid_parameter_prior& of = asked.parameter_priors[i];
-    decid::posterior::ParameterPrior& prior = priors.emplace_back();
-    prior.name = &given(of.name, where, "parameter_priors.name");
-    if (!std::isnan(of.low) || !std::isnan(of.high)) prior.range = {of.low, of.high};
-    if (!std::isnan(of.mean) || !std::isnan(of.sd)) prior.normal = {of.mean, of.sd};
+    const decid::posterior::PriorName name(&given(of.name, where, "parameter_priors.name"));
+    const bool has_range = !std::isnan(of.low) || !std::isnan(of.high),
+               has_normal = !std::isnan(of.mean) || !std::isnan(of.sd);
+    // A range in SI units and a normal prior over m g h have two names, and are of one parameter.
+    const auto other = std::ranges::find_if(priors, [&](const decid::posterior::ParameterPrior& one) {
+      return one.name == name.parameter && !(one.range && has_range) && !(one.normal && has_normal);
+    });
+    decid::posterior::ParameterPrior& prior = other != priors.end() ? *other : priors.emplace_back();
+    prior.name = name.parameter;
+    if (has_range) prior.range = {of.low, of.high};
+    if (has_range) prior.over_mgh.range = name.over_mgh;
+    if (has_normal) prior.normal = {of.mean, of.sd};
+    if (has_normal) prior.over_mgh.normal = name.over_mgh;
   }
   return priors;
 }

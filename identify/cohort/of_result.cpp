@@ -96,13 +96,15 @@ struct Mean {
 /// Returns the standard deviation of a parameter's prior, which is a normal within the range or uniform.
 double prior_sd(const Report& report, const RecordingResult& result, std::size_t p) {
   const sim::ParameterInfo info = report.ranges_for(result)[p];
-  if (result.fit && result.fit->answer == FitFigures::Answer::posterior && report.fit)
-    for (const posterior::ParameterPrior& prior : report.fit->priors.parameters)
+  if (result.fit && result.fit->answer == FitFigures::Answer::posterior) {
+    const posterior::Priors priors = report.priors_for(result);
+    for (const posterior::ParameterPrior& prior : priors.parameters)
       if (prior.name == info.name && prior.normal) {
         const double sds = info.range() / prior.normal->sd;
         const posterior::FractionPrior of_fraction{(prior.normal->mean - info.low) / info.range(), sds * sds};
         return info.range() * std::sqrt(posterior::prior_variances(std::span(&of_fraction, 1)).front());
       }
+  }
   return info.range() / std::sqrt(12.0);
 }
 
@@ -121,8 +123,7 @@ Finding evidence_of_draws(const RecordingResult& result, const Report& report, c
     const std::vector<double> all = ranges.to_unit(state.parameters);
     for (const std::size_t p : inferred) fractions.push_back(all[p]);
   }
-  const std::vector<double> weights =
-      log_weights(report.fit ? report.fit->priors : posterior::Priors{}, ranges, states);
+  const std::vector<double> weights = log_weights(report.priors_for(result), ranges, states);
   const std::optional<double> effective = min_effective_draws(result.fit->posterior.effective_draws(), inferred);
   const auto measure = [&](std::span<const double> weighted) -> std::optional<Measurement> {
     try {

@@ -86,7 +86,10 @@ Warnings prior_warnings(const FitRequest& request, const sim::ParameterTable& pa
   const auto add = [&](const std::vector<posterior::ParameterPrior>& priors, const sim::ParameterTable& table) {
     for (const posterior::ParameterPrior& prior : priors) {
       const auto found = std::ranges::find(table, prior.name, &sim::ParameterInfo::name);
-      if (found != table.end() && found->scales_with_mgh && std::ranges::find(gains, prior.name) == gains.end())
+      const bool in_si = (prior.range && !prior.over_mgh.range) || (prior.normal && !prior.over_mgh.normal) ||
+                         (prior.fixed && !prior.over_mgh.fixed);
+      if (found != table.end() && found->scales_with_mgh && in_si &&
+          std::ranges::find(gains, prior.name) == gains.end())
         gains.push_back(prior.name);
     }
   };
@@ -97,8 +100,9 @@ Warnings prior_warnings(const FitRequest& request, const sim::ParameterTable& pa
   if (high <= low * (1.0 + 1e-9)) return warnings;
   add_info(warnings, "priors_of_all_bodies",
            format("the given range, prior or value of %s is in SI units and the same for all bodies of the call, whose "
-                  "m g h is %.0f to %.0f N m/rad: relative to m g h it differs from body to body",
-                  joined(gains, ", ").c_str(), low, high));
+                  "m g h is %.0f to %.0f N m/rad: relative to m g h it differs from body to body; %s/mgh takes values "
+                  "over m g h",
+                  joined(gains, ", ").c_str(), low, high, gains.front().c_str()));
   return warnings;
 }
 

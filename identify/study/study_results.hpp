@@ -52,7 +52,7 @@ class PlanFitter {
   /// Returns a report without recordings.
   Report report() const;
   /// Reads recordings, by their places in the plan, and brings each to its protocol. If the bodies differ and the
-  /// request has priors of gains, which are in N m/rad, each has a note (`priors_of_all_bodies`).
+  /// request has priors of gains in N m/rad, each has a note (`priors_of_all_bodies`).
   std::vector<RecordingResult> read(std::span<const std::size_t> places) const;
   /// Fits what read() returned, as fit_each(); groups: by their places in `read`.
   bool fit(std::span<RecordingResult> read, const FitProgress& progress, const OnFitted& fitted,

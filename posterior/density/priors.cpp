@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
@@ -22,7 +23,45 @@ double probability_in(const Quantile& prior, double probability) {
   return std::clamp(prior.probability_low + prior.probability_range * probability, 1e-300, 1.0 - 0x1p-53);
 }
 
+constexpr const char* mgh_suffix = "/mgh";
+
+/// Returns " (Kp is in N m/rad; for values over m g h give Kp/mgh)" for a value that may be one; empty for others.
+std::string mgh_hint(const sim::ParameterInfo& info, double value) {
+  if (!info.scales_with_mgh || !(std::abs(value) < info.high / max_range_factor)) return {};
+  return format(" (%s is in %s; for values over m g h give %s%s)", info.name.c_str(), info.unit.c_str(),
+                info.name.c_str(), mgh_suffix);
+}
+
 }  // namespace
+
+PriorName::PriorName(const std::string& text) : parameter(text), over_mgh(text.ends_with(mgh_suffix)) {
+  if (over_mgh) parameter.resize(text.size() - std::string_view(mgh_suffix).size());
+}
+
+Priors in_si_units(Priors priors, const sim::Protocol& protocol) {
+  const sim::ParameterTable& table = protocol.parameters();
+  const double mgh_nm_rad = protocol.experiment.body.mgh();
+  for (ParameterPrior& prior : priors.parameters) {
+    if (!prior.over_mgh.any()) continue;
+    const auto info = std::ranges::find(table, prior.name, &sim::ParameterInfo::name);
+    if (info != table.end() && !info->scales_with_mgh) {
+      std::vector<std::string> scaled;
+      for (const sim::ParameterInfo& one : table)
+        if (one.scales_with_mgh) scaled.push_back(one.name);
+      throw Error(
+          Code::setting_conflict, (prior.over_mgh.range ? "range of " : "prior of ") + prior.name,
+          "is over m g h, but " + prior.name + " is " + (info->unit == "1" ? "a plain number" : "in " + info->unit),
+          "give it without " + std::string(mgh_suffix) + ", which is for " + joined(scaled, ", "));
+    }
+    if (prior.range && prior.over_mgh.range)
+      prior.range = {mgh_nm_rad * prior.range->low, mgh_nm_rad * prior.range->high};
+    if (prior.normal && prior.over_mgh.normal)
+      prior.normal = {mgh_nm_rad * prior.normal->mean, mgh_nm_rad * prior.normal->sd};
+    if (prior.fixed && prior.over_mgh.fixed) prior.fixed = mgh_nm_rad * *prior.fixed;
+    prior.over_mgh = {};
+  }
+  return priors;
+}
 
 double Quantile::value(double x) const {
   return value_at(normal_distribution(x));
@@ -94,6 +133,9 @@ sim::ParameterTable ranges_for(const Priors& priors, const sim::ParameterTable& 
     if (std::ranges::find(named, prior.name) != named.end())
       throw Error(Code::setting_conflict, "prior of " + prior.name, "is given twice", "give it once");
     named.push_back(prior.name);
+    if (prior.over_mgh.any())
+      throw Error(Code::setting_conflict, "prior of " + prior.name, "is over m g h, which depends on the body",
+                  "give it in " + info->unit + ", as in_si_units() does");
     if (prior.fixed) {
       if (prior.range || prior.normal)
         throw Error(Code::setting_conflict, "prior of " + prior.name,
@@ -121,7 +163,7 @@ sim::ParameterTable ranges_for(const Priors& priors, const sim::ParameterTable& 
                     format("ends at %g", high) + info->unit_after(),
                     format("give a high end of %g%s or more, the model's over %g", info->high / max_range_factor,
                            info->unit_after().c_str(), max_range_factor) +
-                        info->unit_hint());
+                        info->unit_hint() + mgh_hint(*info, high));
       info->low = low;
       info->high = high;
     }
@@ -134,7 +176,7 @@ sim::ParameterTable ranges_for(const Priors& priors, const sim::ParameterTable& 
         throw Error(Code::setting_out_of_range, "prior of " + prior.name,
                     format("with mean %g and standard deviation %g lies outside of the range %g to %g%s", mean, sd,
                            info->low, info->high, info->unit_after().c_str()),
-                    "give a mean within the range, or a wider range" + info->unit_hint());
+                    "give a mean within the range, or a wider range" + info->unit_hint() + mgh_hint(*info, mean));
     }
   }
   return sim::ParameterTable(std::move(all));

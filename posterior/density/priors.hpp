@@ -5,11 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "sim/parameters.hpp"
+#include "sim/protocol/protocol.hpp"
 
 namespace decid::posterior {
 
-/// Replaces the uniform prior of a parameter in its table's range. All values are in the table's unit, an SI unit.
+/// Replaces the uniform prior of a parameter in its table's range. All values are in the table's unit, an SI unit, or
+/// over the body's m g h, as the literature gives gains: Kp of 1 is m g h, Kd of 0.3 is 0.3 m g h seconds.
 struct ParameterPrior {
   struct Range {
     double low, high;
@@ -21,6 +22,20 @@ struct ParameterPrior {
   std::optional<Range> range = {};    ///< empty: the table's
   std::optional<Normal> normal = {};  ///< within the range; empty: uniform
   std::optional<double> fixed = {};   ///< the parameter has this value, and is not inferred
+  struct OverMgh {
+    bool range = false, normal = false, fixed = false;
+    bool any() const { return range || normal || fixed; }
+  };
+  OverMgh over_mgh = {};  ///< which of the values are over m g h; all others are in SI units
+};
+
+/// A parameter as users name it: "Kp", or "Kp/mgh" if its values are over m g h. The unit stands in the name, not
+/// behind a number, because it holds for both of a pair (--prior Kp/mgh=1,0.2), and because C and Python take names
+/// with numbers.
+struct PriorName {
+  explicit PriorName(const std::string& text);
+  std::string parameter;
+  bool over_mgh;
 };
 
 struct Priors {
@@ -59,14 +74,17 @@ struct Quantile {
   double coordinate(double value) const;
 };
 
+/// Returns the priors with all values in SI units, for the protocol's body. Throws Error for values over m g h of a
+/// parameter that does not scale with it.
+Priors in_si_units(Priors priors, const sim::Protocol& protocol);
 /// Returns the priors with parameters that have a convention (sim::ParameterInfo) fixed, unless the priors name them.
 Priors with_conventions(Priors priors, const sim::ParameterTable& table);
 /// Returns the priors. Throws Error for priors out of their bounds.
 const Priors& require_valid(const Priors& priors);
-/// Returns the table with the priors' ranges. Throws Error for an unknown or repeated name, and for a range that is
-/// empty, negative, not finite or ends above 100 times the table's end. Throws Error for a normal prior with less than
-/// a millionth of its probability in the range, and for a fixed value that cannot be simulated or stands beside a range
-/// or a normal prior.
+/// Returns the table with the priors' ranges. Throws Error for values that are not in SI units, for an unknown or
+/// repeated name, and for a range that is empty, negative, not finite or ends above 100 times the table's end. Throws
+/// Error for a normal prior with less than a millionth of its probability in the range, and for a fixed value that
+/// cannot be simulated or stands beside a range or a normal prior.
 sim::ParameterTable ranges_for(const Priors& priors, const sim::ParameterTable& table);
 /// Returns the quantile function of parameter `name`, which lies in [low, low + range].
 Quantile make_quantile(const Priors& priors, const std::string& name, double low, double range);

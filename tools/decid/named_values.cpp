@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/number.hpp"
+#include "posterior/density/priors.hpp"
 
 namespace decid::tools {
 namespace {
@@ -26,13 +27,15 @@ double number_of(const std::string& option, const std::string& text, double refe
 }  // namespace
 
 std::vector<bool> read_named_values(const std::string& option, const std::vector<std::string>& texts,
-                                    const sim::ParameterTable& table, const sim::Parameters& reference,
-                                    sim::Parameters& values, std::vector<bool>* percent) {
+                                    const sim::ParameterTable& table, double mgh_nm_rad,
+                                    const sim::Parameters& reference, sim::Parameters& values,
+                                    std::vector<bool>* percent) {
   std::vector<bool> given(table.size(), false);
   if (percent != nullptr) percent->assign(table.size(), false);
   for (const std::string& text : texts) {
     const std::size_t equals = text.find('=');
-    const std::string name = text.substr(0, equals);
+    const posterior::PriorName named(text.substr(0, equals));
+    const std::string name = named.parameter;
     const auto info = std::ranges::find_if(
         table, [&](const sim::ParameterInfo& one) { return one.name == name || one.option == name; });
     if (equals == std::string::npos || info == table.end())
@@ -40,7 +43,12 @@ std::vector<bool> read_named_values(const std::string& option, const std::vector
                   "give NAME=VALUE, such as delay=0.02 or Kp=-15%");
     const auto p = static_cast<std::size_t>(std::distance(table.begin(), info));
     if (given[p]) throw Error(Code::setting_conflict, option, "gives " + info->name + " twice", "give it once");
-    values[p] = number_of(option, text.substr(equals + 1), reference[p]);
+    if (named.over_mgh && (!info->scales_with_mgh || text.ends_with('%')))
+      throw Error(Code::setting_conflict, option,
+                  "'" + text + "' is over m g h, but " +
+                      (text.ends_with('%') ? "per cent are of the mean" : info->name + " does not scale with it"),
+                  "leave out /mgh");
+    values[p] = (named.over_mgh ? mgh_nm_rad : 1.0) * number_of(option, text.substr(equals + 1), reference[p]);
     given[p] = true;
     if (percent != nullptr) (*percent)[p] = text.ends_with('%');
   }

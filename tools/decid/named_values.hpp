@@ -1,4 +1,5 @@
-// Values of a controller's parameters as options give them: NAME=VALUE, in SI units or per cent.
+// Values of a controller's parameters as options give them: NAME=VALUE, in SI units or per cent, and NAME/mgh=VALUE,
+// over the body's m g h.
 #pragma once
 
 #include <string>
@@ -8,11 +9,12 @@
 
 namespace decid::tools {
 
-/// Sets values from texts NAME=VALUE; per cent are of `reference`. Returns which were given; `percent`, unless null,
-/// gets which of them are per cent. Throws Error that names the option for another text, an unknown name and a name
-/// that is given twice.
+/// Sets values from texts NAME=VALUE, in SI units; per cent are of `reference`. Returns which were given; `percent`,
+/// unless null, gets which of them are per cent. Throws Error that names the option for another text, an unknown name,
+/// a name that is given twice, and /mgh in a name of a parameter that does not scale with m g h, or beside per cent.
 std::vector<bool> read_named_values(const std::string& option, const std::vector<std::string>& texts,
-                                    const sim::ParameterTable& table, const sim::Parameters& reference,
-                                    sim::Parameters& values, std::vector<bool>* percent = nullptr);
+                                    const sim::ParameterTable& table, double mgh_nm_rad,
+                                    const sim::Parameters& reference, sim::Parameters& values,
+                                    std::vector<bool>* percent = nullptr);
 
 }  // namespace decid::tools

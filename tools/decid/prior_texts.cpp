@@ -12,7 +12,7 @@
 namespace decid::tools {
 namespace {
 
-/// Reads "NAME=NUMBER" or "NAME=NUMBER,NUMBER", an option's text for a parameter of the table.
+/// Reads "NAME=NUMBER" or "NAME/mgh=NUMBER,NUMBER", an option's text for a parameter of the table.
 struct NamedNumbers {
   NamedNumbers(const std::string& text, std::size_t count, const char* option, const char* form,
                const sim::ParameterTable& table) {
@@ -21,7 +21,9 @@ struct NamedNumbers {
     };
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos) fail("'" + text + "' is not " + form);
-    name = text.substr(0, equals);
+    const posterior::PriorName named(text.substr(0, equals));
+    name = named.parameter;
+    over_mgh = named.over_mgh;
     for (std::size_t begin = equals + 1; begin <= text.size();) {
       const std::size_t end = std::min(text.find(',', begin), text.size());
       const auto [last, error] = std::from_chars(text.data() + begin, text.data() + end, numbers.emplace_back());
@@ -33,39 +35,46 @@ struct NamedNumbers {
     require_parameter(name, option, table);
   }
   std::string name;
+  bool over_mgh = false;
   std::vector<double> numbers;
 };
 
-/// Returns the priors that the texts give for the parameters of a table.
-std::vector<posterior::ParameterPrior> priors_of(const PriorTexts& texts, const sim::ParameterTable& table) {
+/// Returns the priors that the texts give for the parameters of the protocol.
+std::vector<posterior::ParameterPrior> priors_of(const PriorTexts& texts, const sim::Protocol& protocol) {
   using posterior::ParameterPrior;
+  const sim::ParameterTable table = protocol.ranges();
   std::vector<ParameterPrior> all;
   const auto prior_of = [&](const std::string& name) -> ParameterPrior& {
     const auto found = std::ranges::find(all, name, &ParameterPrior::name);
     return found != all.end() ? *found : all.emplace_back(ParameterPrior{.name = name});
   };
   const auto read = [&](const std::vector<std::string>& of_option, std::size_t count, const char* option,
-                        const char* form, auto member, const auto& value_of) {
+                        const char* form, auto member, bool ParameterPrior::OverMgh::*unit, const auto& value_of) {
     for (const std::string& text : of_option) {
       const NamedNumbers given(text, count, option, form, table);
-      auto& value = prior_of(given.name).*member;
+      ParameterPrior& prior = prior_of(given.name);
+      auto& value = prior.*member;
       if (value) throw Error(Code::setting_conflict, option, "is given twice for " + given.name, "give it once");
       value = value_of(given.numbers);
+      prior.over_mgh.*unit = given.over_mgh;
     }
   };
   using Numbers = std::vector<double>;
-  read(texts.ranges, 2, "--range", "NAME=LOW,HIGH", &ParameterPrior::range, [](const Numbers& numbers) {
-    return ParameterPrior::Range{numbers[0], numbers[1]};
-  });
-  read(texts.normals, 2, "--prior", "NAME=MEAN,SD", &ParameterPrior::normal, [](const Numbers& numbers) {
-    return ParameterPrior::Normal{numbers[0], numbers[1]};
-  });
-  read(texts.fixed, 1, "--fix", "NAME=VALUE", &ParameterPrior::fixed,
+  using OverMgh = ParameterPrior::OverMgh;
+  read(texts.ranges, 2, "--range", "NAME=LOW,HIGH", &ParameterPrior::range, &OverMgh::range,
+       [](const Numbers& numbers) {
+         return ParameterPrior::Range{numbers[0], numbers[1]};
+       });
+  read(texts.normals, 2, "--prior", "NAME=MEAN,SD", &ParameterPrior::normal, &OverMgh::normal,
+       [](const Numbers& numbers) {
+         return ParameterPrior::Normal{numbers[0], numbers[1]};
+       });
+  read(texts.fixed, 1, "--fix", "NAME=VALUE", &ParameterPrior::fixed, &OverMgh::fixed,
        [](const Numbers& numbers) { return numbers[0]; });
   posterior::Priors priors;
   priors.parameters = all;
   try {
-    static_cast<void>(posterior::ranges_for(priors, table));
+    static_cast<void>(posterior::ranges_for(posterior::in_si_units(priors, protocol), table));
   } catch (const Error& error) {
     const bool fixes = std::ranges::any_of(
         all, [&](const ParameterPrior& prior) { return prior.fixed && error.where().ends_with(" " + prior.name); });
@@ -82,8 +91,9 @@ std::vector<posterior::ParameterPrior> priors_of(const PriorTexts& texts, const 
 PriorTexts for_controller(PriorTexts texts, const sim::BodyModel& controller,
                           const std::vector<const sim::BodyModel*>& all) {
   for (auto* list : {&texts.ranges, &texts.normals, &texts.fixed})
-    std::erase_if(
-        *list, [&](const std::string& text) { return is_of_another(text.substr(0, text.find('=')), controller, all); });
+    std::erase_if(*list, [&](const std::string& text) {
+      return is_of_another(posterior::PriorName(text.substr(0, text.find('='))).parameter, controller, all);
+    });
   return texts;
 }
 
@@ -92,26 +102,29 @@ PriorTexts for_controller(PriorTexts texts, const sim::BodyModel& controller,
 void add_prior_options(const Command& command, PriorTexts& priors) {
   command
       .add_option("--range", priors.ranges,
-                  "Limit a parameter to the range from LOW to HIGH in its JSON unit, for example delay=0.05,0.2; may "
-                  "be repeated")
+                  "Limit a parameter to the range from LOW to HIGH in its JSON unit, for example delay=0.05,0.2; "
+                  "NAME/mgh: over the body's m g h, for example Kp/mgh=0.6,1.5; may be repeated")
       .repeatable()
-      .shown_as("NAME=LOW,HIGH");
+      .shown_as("NAME[/mgh]=LOW,HIGH");
   command
       .add_option("--prior", priors.normals,
                   "Use a normal prior with this mean and standard deviation for a parameter, for example "
-                  "delay=0.12,0.02; default: uniform within its range; may be repeated")
+                  "delay=0.12,0.02, or over the body's m g h, for example Kp/mgh=1,0.2; default: uniform within its "
+                  "range; may be repeated")
       .repeatable()
-      .shown_as("NAME=MEAN,SD");
+      .shown_as("NAME[/mgh]=MEAN,SD");
   command
-      .add_option("--fix", priors.fixed,
-                  "Fix a parameter at this value in its JSON unit, for example Kp=838.98; may be repeated")
+      .add_option(
+          "--fix", priors.fixed,
+          "Fix a parameter at this value in its JSON unit, for example Kp=838.98, or over the body's m g h, for "
+          "example Kp/mgh=1; may be repeated")
       .repeatable()
-      .shown_as("NAME=VALUE");
+      .shown_as("NAME[/mgh]=VALUE");
 }
 
 std::vector<posterior::ParameterPrior> parameter_priors(const PriorTexts& texts, const sim::Protocol& protocol,
                                                         const std::vector<const sim::BodyModel*>& controllers) {
-  return priors_of(for_controller(texts, *protocol.experiment.body_model, controllers), protocol.ranges());
+  return priors_of(for_controller(texts, *protocol.experiment.body_model, controllers), protocol);
 }
 
 }  // namespace decid::tools

@@ -10,7 +10,7 @@
 
 namespace decid::tools {
 
-/// Texts of --range, --prior and --fix: NAME=LOW,HIGH, NAME=MEAN,SD and NAME=VALUE.
+/// Texts of --range, --prior and --fix: NAME=LOW,HIGH, NAME=MEAN,SD and NAME=VALUE. NAME/mgh has values over m g h.
 struct PriorTexts {
   std::vector<std::string> ranges, normals, fixed;
 };
@@ -18,7 +18,8 @@ struct PriorTexts {
 void add_prior_options(const Command& command, PriorTexts& priors);
 
 /// Returns the priors that the texts give for the parameters of the protocol's controller. Ignores parameters that only
-/// others of `controllers`, those of the call, have. Throws Error naming the option.
+/// others of `controllers`, those of the call, have. Priors over m g h remain so, because recordings may have other
+/// bodies. Throws Error naming the option.
 std::vector<posterior::ParameterPrior> parameter_priors(const PriorTexts& texts, const sim::Protocol& protocol,
                                                         const std::vector<const sim::BodyModel*>& controllers);
 

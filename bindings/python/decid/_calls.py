@@ -290,7 +290,7 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
     the protocol. prior_gain: standard deviation of the logarithm of recorded over true sway. prior_noise: centre of the
     measurement noise's prior in degrees, two thirds within a factor of 20. ranges: where parameters may lie, {"delay": (0.05,
     0.2)}; priors: normal distributions within the ranges, mean and standard deviation, {"delay": (0.12, 0.02)}; both in the
-    units of Result.parameters. moved_before: True if the platform played the cycle's end before the recording. max_draws: of
+    units of Result.parameters, or over the body's m g h, {"Kp/mgh": (1.0, 0.2)}. moved_before: True if the platform played the cycle's end before the recording. max_draws: of
     each chain. progress(done, stage): gets the fraction done, 0 to 1; its exceptions end the fit.
 
     controllers: names of controllers(), each of which is fitted; Fit.comparison compares them, and the parameters are the

@@ -13,7 +13,8 @@ namespace {
 
 constexpr double derivative_step = 1e-4;  // of a fraction, for derivatives
 
-/// Returns the response of the sway to the velocity that passes the dead band, up to a factor: see sim::closed_loop.
+/// Returns the response of the sway to the velocity that passes the dead band, with the gain of the tilt estimate and
+/// up to a constant factor: see sim::closed_loop.
 sim::Complex response_to_noise(const sim::Protocol& protocol, const sim::Parameters& parameters, double frequency_hz) {
   using enum sim::Coefficient;
   const sim::Family& family = protocol.family();
@@ -25,7 +26,7 @@ sim::Complex response_to_noise(const sim::Protocol& protocol, const sim::Paramet
   const sim::Complex loop = quotient(delayed, 1.0 - delayed * fed_back);
   const sim::Complex slow_part = quotient(c[slow], s + 1.0 / family.slow_time_s);
   const sim::Complex passive = c[kp_pass] + s * c[kd_pass] - body.mgh();
-  return quotient(loop, body.inertia_kgm2 * s * s + loop * (c[position] + c[gravity] + slow_part) + passive);
+  return quotient(c[tilt] * loop, body.inertia_kgm2 * s * s + loop * (c[position] + c[gravity] + slow_part) + passive);
 }
 
 }  // namespace

@@ -110,8 +110,8 @@ TEST_CASE("a fit of several controllers has the comparison of the program's JSON
   decid_fit_options options = brief();
   options.controllers = "ic,dec";
   const double none = std::numeric_limits<double>::quiet_NaN();
-  const std::vector<decid_parameter_prior> priors{{"Kp", 300.0, 2000.0, none, none},
-                                                  {"theta", none, none, 0.001, 0.0005}};
+  const std::vector<decid_parameter_prior> priors{
+      {"Kp", 300.0, 2000.0, none, none}, {"Kp/mgh", none, none, 1.0, 0.2}, {"theta", none, none, 0.001, 0.0005}};
   options.parameter_priors = priors.data();
   options.parameter_prior_count = priors.size();
   const OwnedResult result = make<OwnedResult>(
@@ -119,9 +119,10 @@ TEST_CASE("a fit of several controllers has the comparison of the program's JSON
 
   sim::Protocol protocol = trial.model.protocol;
   protocol.experiment.body_model = &sim::independent_channels();
+  const double mgh = protocol.experiment.body.mgh();
   FitRequest request;
   request.settings.max_draws = request.settings.min_draws = 8;
-  const posterior::ParameterPrior kp{.name = "Kp", .range = {{300.0, 2000.0}}},
+  const posterior::ParameterPrior kp{.name = "Kp", .range = {{300.0, 2000.0}}, .normal = {{mgh, 0.2 * mgh}}},
       theta{.name = "theta", .normal = {{0.001, 0.0005}}};
   request.priors.parameters = {kp};
   request.others.push_back({&sim::single_pendulum(), {kp, theta}});
@@ -179,6 +180,10 @@ TEST_CASE("a fit refuses controllers that it cannot compare") {
   options.parameter_priors = &of_ic;
   options.parameter_prior_count = 1;
   refused(fit("dec"), Code::setting_unknown, "W");
+  const decid_parameter_prior of_delay{"delay/mgh", 0.2, 0.8, none, none};
+  options.parameter_priors = &of_delay;
+  refused(fit("dec"), Code::setting_conflict, "delay");
+  options.parameter_priors = &of_ic;
   options.progress = [](void*, double, const char*) { return 1; };
   refused(fit("dec,ic"), Code::stopped);
 }

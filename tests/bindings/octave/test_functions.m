@@ -164,9 +164,9 @@ program (decid, 'simulate --seed 7 --quiet --protocol', fullfile (golden, 'proto
 asked = {'model', network, 'protocol', fullfile(golden, 'protocol.json'), 'max_draws', 8, 'seed', 3, 'prior_start', 0.05, ...
          'prior_gain', 0.1, 'prior_noise', 0.05, 'mass', 70, 'height', 1.75, 'begin', 0.02, 'detrend', 'offset'};
 fitted = decid_fit (brief, asked{:}, 'ranges', struct ('Kp', [300 2000], 'delay', [0.05 0.2]), 'priors', ...
-                    struct ('delay', [0.12 0.02]), 'moved_before', true);
+                    struct ('delay', [0.12 0.02], 'Kp/mgh', [1.0 0.2]), 'moved_before', true);
 expected = jsondecode (program (decid, ['fit --json --quiet --range Kp=300,2000 --range delay=0.05,0.2 --prior delay=0.12,0.02 ' ...
-                                        '--moved-before'], options_of (asked), brief));
+                                        '--prior Kp/mgh=1.0,0.2 --moved-before'], options_of (asked), brief));
 same (fitted, expected);
 assert ({fitted.quantities.name}, {'sensor_noise_deg', 'start_s', 'gain'});
 equal (fitted.quantities(3).value, expected.recordings.gain.value);

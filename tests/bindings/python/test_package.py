@@ -228,8 +228,8 @@ class Fits(WithFolder):
         path = self.trial("--protocol", golden / "protocol.json")
         draws = self.folder / "draws.npz"
         keywords = dict(model=model, protocol=golden / "protocol.json", max_draws=8, seed=3, ranges={"Kp": (300, 2000)},
-                        priors={"delay": (0.12, 0.02)}, moved_before=True, mass=70, height=1.75, detrend="offset", prior_start=0.05,
-                        prior_gain=0.1, prior_noise=0.05)
+                        priors={"delay": (0.12, 0.02), "Kp/mgh": (1.0, 0.2)}, moved_before=True, mass=70, height=1.75,
+                        detrend="offset", prior_start=0.05, prior_gain=0.1, prior_noise=0.05)
         of_identify = inspect.signature(decid.identify).parameters
         wanted = set(inspect.signature(decid.fit).parameters) - set(of_identify) - {"progress", "controllers"}
         self.assertEqual(wanted - set(keywords), set())

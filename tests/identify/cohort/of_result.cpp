@@ -125,6 +125,8 @@ TEST_CASE("cohort: each recording that the hierarchical model cannot use has its
   CHECK(made.compared().hierarchical);
   report.fit->priors.parameters = {{"delay", ParameterPrior::Range{0.0, 0.2}, {}}};
   CHECK(made.compared().without_distribution == Without{{4, "few_draws"}});
+  report.fit->priors.parameters = {{.name = "Kp", .range = {{0.4, 1.8}}, .over_mgh = {.range = true}}};
+  CHECK(made.compared().without_distribution == Without{{4, "few_draws"}});  // the same range over m g h
   // Far from a narrow prior a few draws would have all the weight; draws that are all alike are on a plane.
   report.fit->priors.parameters = {{"Kp", {}, ParameterPrior::Normal{700.0, 60.0}}};
   for (std::size_t i = 0; i < 6; ++i) report.recordings[i] = fitted(report, i == 2 ? 0.4 : -0.6);

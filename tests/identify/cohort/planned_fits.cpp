@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "base/parallel.hpp"
+#include "base/text.hpp"
 #include "identify/evaluation/calibration_trials.hpp"
 #include "posterior/planning/expected_posterior.hpp"
 #include "recording/protocol_file.hpp"
+#include "sim/body_model.hpp"
 
 using namespace decid;
 
@@ -43,6 +45,10 @@ std::vector<Variances> beside_fits(sim::Protocol protocol, int participants) {
           {expected.relative_variance[p], sd * sd / prior, error * error / prior});
     }
   });
+  std::string of_people = "sd of Kp over the prior's, predicted/fitted, of each person:";
+  for (const std::vector<Variances>& one : all)
+    of_people += format(" %.3f/%.3f", std::sqrt(one[sim::Kp].predicted), std::sqrt(one[sim::Kp].fitted));
+  MESSAGE(of_people);
   std::vector<Variances> sums(trials.front().truth.size());
   for (const std::vector<Variances>& one : all)
     for (std::size_t p = 0; p < one.size(); ++p) {

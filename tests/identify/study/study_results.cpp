@@ -36,5 +36,10 @@ TEST_CASE("PlanFitter: priors of gains that bodies of several sizes share are no
   CHECK(noted("90", stiffness) == 2);
   CHECK(noted("70", stiffness) == 0);
   CHECK(noted("90", {.name = "Kd", .fixed = 250.0}) == 2);
+  CHECK(noted("90", {.name = "Kd", .fixed = 0.3, .over_mgh = {.fixed = true}}) == 0);
+  CHECK(noted("90", {.name = "Kp",
+                     .range = posterior::ParameterPrior::Range{300.0, 1500.0},
+                     .normal = posterior::ParameterPrior::Normal{1.0, 0.2},
+                     .over_mgh = {.normal = true}}) == 2);
   CHECK(noted("90", {.name = "delay", .normal = posterior::ParameterPrior::Normal{0.12, 0.02}}) == 0);
 }

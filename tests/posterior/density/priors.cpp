@@ -194,3 +194,37 @@ TEST_CASE("require_valid: priors out of their bounds are refused, those at their
     }
   }
 }
+
+TEST_CASE(
+    "in_si_units: values over m g h are those of the protocol's body, parameters without such values are refused") {
+  sim::Protocol protocol;
+  protocol.experiment.body.mass_kg = 60.0;
+  const double mgh = protocol.experiment.body.mgh();
+  Priors priors{.parameters = {{.name = "Kp", .range = {{0.5, 1000.0}}, .normal = {{1.0, 0.2}}},
+                               {.name = "Kd", .fixed = 0.3},
+                               {.name = "delay", .normal = {{0.1, 0.02}}}}};
+  priors.parameters[0].over_mgh.normal = true;
+  priors.parameters[1].over_mgh.fixed = true;
+  check_error([&] { static_cast<void>(ranges_for(priors, protocol.ranges())); }, Code::setting_conflict, "Kp");
+  const Priors found = in_si_units(priors, protocol);
+  CHECK(found.parameters[0].range->low == 0.5);
+  CHECK(found.parameters[0].range->high == 1000.0);
+  CHECK(found.parameters[0].normal->mean == mgh);
+  CHECK(found.parameters[0].normal->sd == 0.2 * mgh);
+  CHECK(found.parameters[1].fixed == 0.3 * mgh);
+  CHECK(found.parameters[2].normal->mean == 0.1);
+  CHECK(in_si_units(found, protocol).parameters[1].fixed == 0.3 * mgh);  // once only
+  priors.parameters[0].over_mgh.range = true;
+  CHECK(in_si_units(priors, protocol).parameters[0].range->low == 0.5 * mgh);
+  priors.parameters[2].over_mgh.normal = true;
+  check_error([&] { static_cast<void>(in_si_units(priors, protocol)); }, Code::setting_conflict, "delay");
+}
+
+TEST_CASE("PriorName: /mgh behind the name") {
+  CHECK(PriorName("Kp").parameter == "Kp");
+  CHECK_FALSE(PriorName("Kp").over_mgh);
+  CHECK(PriorName("Kp_pass/mgh").parameter == "Kp_pass");
+  CHECK(PriorName("Kp_pass/mgh").over_mgh);
+  CHECK(PriorName("/mgh").parameter.empty());
+  CHECK(PriorName("Kp/m").parameter == "Kp/m");
+}

@@ -121,6 +121,26 @@ TEST_CASE("planning: noise, stimulus and length change what a recording tells as
   CHECK(expected_posterior(longer, {.draws = 8, .at = at}).sd[sim::Kd] < one.sd[sim::Kd]);
 }
 
+// In independent channels the noise passes with a gain of 1 - W. Nv times this gain is what the noise's power tells, so
+// relative to their values Nv is as uncertain as the gain. In calibrated fits Nv's sd is three times as large above a W
+// of 0.9 as below 0.5.
+TEST_CASE("planning: the gain of the tilt estimate trades off with the noise") {
+  sim::Protocol protocol = sines_protocol();
+  protocol.experiment.body_model = &sim::independent_channels();
+  const Density density(protocol, {});
+  const sim::ParameterTable& table = protocol.parameters();
+  const auto place = [&](const char* name) {
+    return static_cast<std::size_t>(
+        std::distance(table.begin(), std::ranges::find(table, name, &sim::ParameterInfo::name)));
+  };
+  const auto sd_with = [&](double weight) {
+    sim::Parameters at = table.middle();
+    at[place("W")] = weight;
+    return expected_posterior(density, {.draws = 8, .at = at}).sd[place("Nv")];
+  };
+  CHECK(sd_with(0.95) > 1.5 * sd_with(0.3));
+}
+
 TEST_CASE("planning: a fixed parameter has no uncertainty and lowers that of others") {
   const sim::Protocol protocol = sines_protocol();
   const sim::Parameters at = some_parameters();

@@ -63,6 +63,17 @@ TEST_CASE("decid/design: a person, a fixed parameter, a body and the text") {
   CHECK(person["protocols"][0]["parameters"][2]["sd"] == 0.0);
   CHECK(run_decid(call + "--at Kp_pass=210 --fix Kp_pass=200").code == 2);
   run_ok(call + "--at Kp_pass=200 --fix Kp_pass=200");
+  const Json over_mgh = run_json(call + "--at Kp/mgh=1 --at delay=0.1 --fix Kd/mgh=0.3 --mass 50 --height 1.5 --json");
+  const double kp = over_mgh["parameters"][0]["at"].get<double>();
+  CHECK(kp > 350.0);  // m g h of 50 kg
+  CHECK(kp < 450.0);
+  CHECK(over_mgh["protocols"][0]["parameters"][1]["sd"] == 0.0);
+  check_refused(call + "--at delay/mgh=0.1", "--at");
+  std::string heavy_body = brief_protocol;
+  heavy_body.insert(1, R"("body": {"participant": {"mass_kg": 100, "height_m": 1.9}}, )");
+  const std::string with_heavy = " --protocol " + write_text(folder / "heavy.json", heavy_body).string();
+  run_ok(call + with_heavy + " --at Kp=800");
+  check_refused(call + with_heavy + " --at Kp/mgh=1", "--protocol");
   const Json light = run_json(call + "--mass 50 --height 1.5 --json"),
              heavy = run_json(call + "--mass 100 --height 2 --json");
   CHECK(light["parameters"][0]["prior_sd"].get<double>() < 0.5 * heavy["parameters"][0]["prior_sd"].get<double>());

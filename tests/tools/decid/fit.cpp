@@ -111,6 +111,41 @@ TEST_CASE("fit: ranges and priors of parameters, a subject's body, and known val
   CHECK(noise_deg("0.0001") < noise_deg("5"));
 }
 
+TEST_CASE("fit: priors over m g h are each body's own, and rerun repeats them") {
+  const Folder folder;
+  run_ok("simulate" + with_brief_protocol(folder) + "--nv 0.3 --seed 4 -o " + folder / "a.csv");
+  std::filesystem::copy_file(folder / "a.csv", folder / "b.csv");
+  write_text(folder / "s.csv", "participant_id,file,weight,height\nA,a.csv,60,1.6\nB,b.csv,90,1.8\n");
+  const std::string call = "fit --quiet --max-draws 8" + with_brief_protocol(folder) + "--study " + folder / "s.csv",
+                    saved = folder / "o.json";
+  run_ok(call + " --prior Kp/mgh=1.0,0.2 --range Kd/mgh=0.1,0.6 --fix Kp_pass/mgh=0.2 -o " + saved);
+  const Json all = read_json(saved);
+  std::vector<double> of_bodies;
+  for (const Json& recording : all["recordings"]) {
+    const Json& kp = recording["parameters"][decid::sim::Kp];
+    const double mgh = of_bodies.emplace_back(kp["value"].get<double>() / kp["normalized"].get<double>());
+    CHECK(near(kp["prior"]["mean"].get<double>(), mgh, 1e-9));
+    CHECK(near(kp["prior"]["sd"].get<double>(), 0.2 * mgh, 1e-9));
+    const Json& kd = recording["parameters"][decid::sim::Kd];
+    CHECK(near(kd["range"][0].get<double>(), 0.1 * mgh, 1e-9));
+    CHECK(near(kd["range"][1].get<double>(), 0.6 * mgh, 1e-9));
+    const Json& passive = recording["parameters"][decid::sim::Kp_pass];
+    CHECK(near(passive["value"].get<double>(), 0.2 * mgh, 1e-9));
+    CHECK(passive["fixed"] == true);
+    for (const Json& warning : recording["warnings"]) CHECK(warning["code"] != "priors_of_all_bodies");
+  }
+  REQUIRE(of_bodies.size() == 2);
+  CHECK(of_bodies[1] > 1.5 * of_bodies[0]);
+  const std::vector<std::string> options = all["options"];
+  CHECK(std::ranges::count(options, "--prior Kp/mgh=1.0,0.2") == 1);
+  run_ok("rerun " + saved + " -o " + folder / "again.json");
+  // In N m/rad of the first body, the same bits.
+  const std::string of_first = "fit --quiet --max-draws 8 --mass 60 --height 1.6" + with_brief_protocol(folder) +
+                               folder / "a.csv" +
+                               " --prior Kp/mgh=1.0,0.2 --range Kd/mgh=0.1,0.6 --fix Kp_pass/mgh=0.2";
+  CHECK(first_recording(of_first + " --json")["parameters"] == all["recordings"][0]["parameters"]);
+}
+
 TEST_CASE("fit: controllers are compared, parameters fixed; a journal of other controllers is refused") {
   const Folder folder;
   write_text(folder / "tiny.json", brief_protocol);

@@ -101,6 +101,19 @@ TEST_CASE("fit --frf takes priors, ranges and known values of parameters") {
   CHECK_FALSE(json.contains("controllers"));
 }
 
+TEST_CASE("fit --frf takes priors over m g h of the body") {
+  const std::string usual = example + " --protocol short --mass 60 --height 1.6";
+  const Json json = fitted(usual + " --fix Kd/mgh=0.3 --prior Kp/mgh=1.1,0.02 --range Kp_pass/mgh=0.1,0.4");
+  const Json &kp = json["parameters"][decid::sim::Kp], &kd = json["parameters"][decid::sim::Kd];
+  const double mgh = kp["value"].get<double>() / kp["normalized"].get<double>();
+  CHECK(mgh < 600.0);  // of 60 kg
+  CHECK(near(kd["value"].get<double>(), 0.3 * mgh, 1e-9));
+  CHECK(kd["fixed"] == true);
+  CHECK(near(kp["prior"]["mean"].get<double>(), 1.1 * mgh, 1e-9));
+  CHECK(near(kp["prior"]["sd"].get<double>(), 0.02 * mgh, 1e-9));
+  CHECK(near(json["parameters"][decid::sim::Kp_pass]["range"][1].get<double>(), 0.4 * mgh, 1e-9));
+}
+
 // Three fits, and their cross-validation.
 TEST_CASE("fit --frf compares controllers" * doctest::test_suite("slow")) {
   const Folder folder;

@@ -33,6 +33,12 @@ TEST_CASE("decid/power: given standard deviations have the power of Cohen's tabl
   CHECK(near(other["parameters"][0]["difference"].get<double>(), -120.0, 1e-12));
   CHECK(near(other["parameters"][0]["participant_sd"].get<double>(), 80.0, 1e-12));
   CHECK(other["trials"] == 4);
+  const Json over_mgh = run_json("power --difference Kp/mgh=-0.1 --at kp/mgh=1 --measurement-sd Kp/mgh=0.05 --json"),
+             &gain = over_mgh["parameters"][0];
+  CHECK(near(gain["mean"].get<double>(), 838.98, 1e-3));  // m g h
+  CHECK(near(gain["difference"].get<double>(), -0.1 * gain["mean"].get<double>(), 1e-9));
+  CHECK(near(gain["measurement_sd"].get<double>(), 0.05 * gain["mean"].get<double>(), 1e-9));
+  check_refused("power --difference Kp/mgh=-15% --measurement-sd Kp=60", "--difference");
   CHECK(run_json("power --difference kp=30 --measurement-sd Kp=20 --paired --json")["paired"] == true);
 }
 

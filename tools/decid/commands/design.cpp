@@ -88,6 +88,19 @@ void require_same_controller(const std::vector<Planned>& all) {
                   "give protocols of one controller, or --controller");
 }
 
+/// Throws Error for values over m g h if the protocols have several bodies: a parameter has one value in a call.
+void refuse_other_bodies(const DesignOptions& options, const std::vector<Planned>& all) {
+  const auto over_mgh = [](const std::string& text) {
+    return posterior::PriorName(text.substr(0, text.find('='))).over_mgh;
+  };
+  if (std::ranges::none_of(options.at, over_mgh) && std::ranges::none_of(options.fixed, over_mgh)) return;
+  for (const Planned& one : all)
+    if (one.protocol.experiment.body.mgh() != all.front().protocol.experiment.body.mgh())
+      throw Error(Code::setting_conflict, "--protocol",
+                  "'" + one.name + "' has another body than '" + all.front().name + "'",
+                  "give protocols of one body, or values in N m/rad");
+}
+
 Json design_json(const DesignOptions& options, const std::vector<Planned>& all, const sim::ParameterTable& table) {
   Json list = Json::array(), parameters = Json::array();
   for (std::size_t p = 0; p < table.size(); ++p)
@@ -157,10 +170,12 @@ void run_design(DesignOptions options, const Command& command) {
   sim::Parameters at = table.middle();
   for (std::size_t p = 0; p < table.size(); ++p)
     if (table[p].convention) at[p] = *table[p].convention;
-  const std::vector<bool> is_at = read_named_values("--at", options.at, table, at, at);
+  refuse_other_bodies(options, all);
+  const double mgh_nm_rad = all.front().protocol.experiment.body.mgh();
+  const std::vector<bool> is_at = read_named_values("--at", options.at, table, mgh_nm_rad, at, at);
   if (!options.at.empty()) options.planned.at = at;
   sim::Parameters fixed(table.size());
-  const std::vector<bool> is_fixed = read_named_values("--fix", options.fixed, table, at, fixed);
+  const std::vector<bool> is_fixed = read_named_values("--fix", options.fixed, table, mgh_nm_rad, at, fixed);
   for (std::size_t p = 0; p < table.size(); ++p)
     if (is_fixed[p] && is_at[p] && fixed[p] != at[p])
       throw Error(Code::setting_conflict, "--at, --fix",
@@ -210,14 +225,15 @@ void add_design(const Command& program) {
                         "Plan for this controller (decid info --controllers); default: the protocols', else dec");
   add_body_options(command, options->body);
   command
-      .add_option("--at", options->at,
-                  "Plan for a person with this parameter, in SI units; may be repeated; other parameters: the middle "
-                  "of their ranges; default: people drawn from the prior")
+      .add_option(
+          "--at", options->at,
+          "Plan for a person with this parameter, in SI units, or over m g h as Kp/mgh=1; may be repeated; other "
+          "parameters: the middle of their ranges; default: people drawn from the prior")
       .repeatable()
-      .shown_as("NAME=VALUE");
+      .shown_as("NAME[/mgh]=VALUE");
   command.add_option("--fix", options->fixed, "Plan for fits that fix this parameter; may be repeated")
       .repeatable()
-      .shown_as("NAME=VALUE");
+      .shown_as("NAME[/mgh]=VALUE");
   command.section("Recording");
   command
       .add_option("--sensor-noise", options->planned.sensor_noise_deg,

@@ -116,9 +116,10 @@ void run_table(const FitOptions& options, const Command& command) {
       controllers_to_fit(options.controllers, protocol, "--controller");
   for (const sim::BodyModel* controller : controllers) {
     protocol.experiment.body_model = controller;
+    const posterior::Priors given{.parameters = parameter_priors(options.priors, protocol, controllers)};
     frf::Priors priors{.gain = options.prior_gain.value_or(frf::Priors{}.gain),
                        .error = options.prior_error,
-                       .parameters = parameter_priors(options.priors, protocol, controllers)};
+                       .parameters = posterior::in_si_units(given, protocol).parameters};
     asked.controllers.push_back({protocol, std::move(priors)});
   }
   if (asked.log_ratio && !options.priors.normals.empty())
@@ -371,7 +372,7 @@ void add_fit(const Command& program) {
       "  decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"
       "  decid fit recordings -o results.json --table results.csv --resume\n"
       "  decid fit --study participants.tsv -o results.json --long long.csv\n"
-      "  decid fit recording.csv --range delay=0.05,0.2 --prior Kp=900,100 --draws draws.npz\n"
+      "  decid fit recording.csv --range delay=0.05,0.2 --prior Kp/mgh=1,0.2 --draws draws.npz\n"
       "  decid fit --frf response.csv --amplitude 1 --mass 70 --height 1.75 --report response.html");
   run_with(command, options, true, run_fit_or_table);
 }

@@ -137,20 +137,21 @@ void refuse_unused_options(const PowerOptions& options, const PowerValues& value
 /// Returns the options' values, with defaults for those that are not given. Throws Error for an impossible value.
 PowerValues read_options(const PowerOptions& options, const Model& model) {
   const sim::ParameterTable& table = model.parameters();
+  const double mgh_nm_rad = model.protocol.experiment.body.mgh();
   const sim::Parameters none(table.size());
   PowerValues values{table.middle(), none, none, none, none, none, {}, {}, {}, {}, {}, {}, false};
   std::vector<bool> percent_at, percent_difference;
-  values.has_mean = read_named_values("--at", options.at, table, table.middle(), values.at, &percent_at);
-  values.wanted =
-      read_named_values("--difference", options.differences, table, values.at, values.difference, &percent_difference);
+  values.has_mean = read_named_values("--at", options.at, table, mgh_nm_rad, table.middle(), values.at, &percent_at);
+  values.wanted = read_named_values("--difference", options.differences, table, mgh_nm_rad, values.at,
+                                    values.difference, &percent_difference);
   for (std::size_t p = 0; p < table.size(); ++p) {
     values.participant[p] = table[p].range() / 8.0;
     values.visit[p] = table[p].range() / 24.0;
   }
-  values.known = read_named_values("--measurement-sd", options.measurement_sd, table, values.at, values.measured);
+  values.known =
+      read_named_values("--measurement-sd", options.measurement_sd, table, mgh_nm_rad, values.at, values.measured);
   values.simulates = !std::ranges::equal(values.wanted, values.known,
                                          [](bool is_wanted, bool is_known) { return is_known || !is_wanted; });
-  const double mgh_nm_rad = model.protocol.experiment.body.mgh();
   const auto check_means = [&](const sim::Parameters& differences) {
     for (std::size_t p = 0; p < table.size(); ++p)
       if (values.simulates || values.wanted[p])  // simulated people have all parameters
@@ -164,7 +165,7 @@ PowerValues read_options(const PowerOptions& options, const Model& model) {
                   "give the smallest difference that matters");
   check_means(values.difference);
   const auto read_sd = [&](const char* option, const std::vector<std::string>& texts, sim::Parameters& sd) {
-    std::vector<bool> given = read_named_values(option, texts, table, values.at, sd);
+    std::vector<bool> given = read_named_values(option, texts, table, mgh_nm_rad, values.at, sd);
     refuse_beyond_range(option, given, sd, table);
     refuse_negative(option, given, sd, table);
     return given;
@@ -288,13 +289,14 @@ void add_power(const Command& program) {
       "power", "Predict how many participants and trials you need to find a difference between groups");
   command.section("Difference");
   command
-      .add_option(
-          "--difference", options->differences,
-          "Look for this difference of the groups' means: NAME=VALUE in SI units, or as a percentage of the mean")
+      .add_option("--difference", options->differences,
+                  "Look for this difference of the groups' means: NAME=VALUE in SI units, NAME/mgh=VALUE over the "
+                  "body's m g h, or a percentage of the mean")
       .repeatable()
       .required();
   command
-      .add_option("--at", options->at, "Set a group's mean: NAME=VALUE, in SI units; default: the middle of the range")
+      .add_option("--at", options->at,
+                  "Set a group's mean: NAME=VALUE, in SI units, or NAME/mgh=VALUE; default: the middle of the range")
       .repeatable();
   command
       .add_option("--participant-sd", options->participant_sd,

@@ -67,11 +67,10 @@ Json left_out_json(const FitFigures& fitted) {
 /// The values, ranges and priors of the parameters, and their uncertainty.
 Json parameters_of(const RecordingResult& id, const Report& report, const sim::ParameterTable& table) {
   const double mgh = report.protocol_for(id).experiment.body.mgh();
+  const std::vector<posterior::ParameterPrior> priors = report.priors_for(id).parameters;
   Json list = parameters_json(table, id.estimate.parameters, mgh, id.truth);
   for (std::size_t p = 0; p < table.size(); ++p) {
     list[p]["range"] = {table[p].low, table[p].high};
-    if (!report.fit) continue;
-    const auto& priors = report.fit->priors.parameters;
     const auto prior = std::ranges::find(priors, table[p].name, &posterior::ParameterPrior::name);
     if (prior != priors.end() && prior->normal)
       list[p]["prior"] = {{"mean", prior->normal->mean}, {"sd", prior->normal->sd}};
