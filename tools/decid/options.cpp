@@ -75,8 +75,8 @@ Option& Option::one_of(const std::vector<std::string>& words) {
   return *this;
 }
 
-Option& Option::values(int least, int most) {
-  option_->expected(least, most);
+Option& Option::values(int min, int max) {
+  option_->expected(min, max);
   return *this;
 }
 

@@ -35,8 +35,8 @@ class Option {
   /// others: the message of a value out of range names the value to give if it is in one of these units.
   Option& range(double low, double high, const char* unit = "", const OtherUnits& others = {});
   Option& one_of(const std::vector<std::string>& words);
-  /// Accepts `least` to `most` values in sequence.
-  Option& values(int least, int most);
+  /// Accepts `min` to `max` values in sequence.
+  Option& values(int min, int max);
   /// Accepts one value each time; the option may occur several times.
   Option& repeatable();
   /// Shows `text` in the help instead of the type and the default.

@@ -303,10 +303,10 @@ void export_controller(ControllerOptions options, const Command& command) {
     if (model.parameters[i].scales_with_mgh) parameters[i] *= ratio;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const sim::ParameterInfo& info = model.parameters[i];
-    if (!given[i] && parameters[i] < info.least)  // a network may answer a little less
-      std::cerr << format("%s = %.4g is below %g: the controller has %g\n", info.name.c_str(), parameters[i],
-                          info.least, info.least);
-    parameters[i] = given[i].value_or(std::max(parameters[i], info.least));
+    if (!given[i] && parameters[i] < info.min)  // a network may answer a little less
+      std::cerr << format("%s = %.4g is below %g: the controller has %g\n", info.name.c_str(), parameters[i], info.min,
+                          info.min);
+    parameters[i] = given[i].value_or(std::max(parameters[i], info.min));
   }
   const std::string origin = format(
       "The %s posture controller, made by decid %s%s.", &model == &sim::single_pendulum() ? "DEC" : model.name.c_str(),
