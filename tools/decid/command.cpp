@@ -70,10 +70,11 @@ void add_common_options(const Command& command, CommonOptions& options, bool pri
       .add_option("--threads", options.threads,
                   "Use this many threads; default: all cores; results do not depend on it")
       .range(1, 1024)
-      .section("Advanced");
-  command.add_flag("--quiet", options.quiet, "Print results and errors only").section("Output");
+      .section("Advanced")
+      .unrecorded();
+  command.add_flag("--quiet", options.quiet, "Print results and errors only").section("Output").unrecorded();
   if (prints_figures)
-    command.add_flag("--json", options.json, "Print one JSON object on standard output").section("Output");
+    command.add_flag("--json", options.json, "Print one JSON object on standard output").section("Output").unrecorded();
 }
 
 void apply(CommonOptions& options) {
@@ -122,7 +123,7 @@ Option add_output_option(const Command& command, const std::string& names, std::
   std::istringstream stream(names);
   for (std::string name; std::getline(stream, name, ',');) added_outputs().insert(name);
   const auto check = [written](std::string& text) { return what_is_wrong(text, written); };
-  return command.add_option(names, output, description).rewritten(check, "").section("Output");
+  return command.add_option(names, output, description).rewritten(check, "").section("Output").unrecorded();
 }
 
 void make_output_folder(const std::filesystem::path& folder) {

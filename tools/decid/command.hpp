@@ -70,7 +70,7 @@ enum class Written { json, csv, table, npz, draws, html, svg, safetensors, onnx,
 
 /// Adds the option `names`: "-o,--output", or the option of another output file. Rejects a name with the ending of
 /// another format, because readers would take the file for that format. Rejects a folder where the command writes a
-/// file. Rejects "-", because no output option accepts it for standard output.
+/// file. Rejects "-", because no output option accepts it for standard output. The option is unrecorded.
 Option add_output_option(const Command& command, const std::string& names, std::string& output, Written written,
                          const std::string& description);
 

@@ -44,6 +44,9 @@ class Option {
   /// Changes the text before it is read. `rewrite` returns an error message, or an empty string if the text is valid.
   Option& rewritten(const std::function<std::string(std::string& text)>& rewrite, const std::string& type);
   Option& excludes(const Option& other);
+  /// Leaves the option out of Command::given() and Command::arguments(): no output's content depends on it, or the
+  /// call's record has its values elsewhere.
+  Option& unrecorded();
   /// Shows the option under this heading of the help, instead of its command's section.
   Option& section(const std::string& heading);
 
@@ -73,10 +76,10 @@ class Command {
   void footer(const std::string& text) const;
   /// Sets the function that runs after all arguments have been read.
   void callback(std::function<void()> work) const;
-  /// Returns "--option value value" for each given option except `without`. Call it in a callback.
+  /// Returns "--option value value" for each given recorded option except `without`. Call it in a callback.
   std::vector<std::string> given(const std::vector<std::string>& without) const;
-  /// Returns the given options except `without` as arguments of a later call: "--option=value", "--flag".
-  std::vector<std::string> arguments(const std::vector<std::string>& without) const;
+  /// Returns the given recorded options as arguments of a later call: "--option=value", "--flag".
+  std::vector<std::string> arguments() const;
   std::string name() const;
   /// Returns how often an option was given. Call it in a callback.
   std::size_t count(const std::string& option) const;
