@@ -183,6 +183,11 @@ std::string Command::name() const {
   return app_->get_name();
 }
 
+std::string Command::value(const std::string& option) const {
+  const CLI::Option* const found = app_->get_option_no_throw(option);
+  return found == nullptr || found->count() == 0 ? std::string() : found->results().back();
+}
+
 std::size_t Command::count(const std::string& option) const {
   return app_->count(option);
 }

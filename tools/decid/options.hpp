@@ -81,6 +81,8 @@ class Command {
   /// Returns the given recorded options as arguments of a later call: "--option=value", "--flag".
   std::vector<std::string> arguments() const;
   std::string name() const;
+  /// Returns the value that an option was given last; empty if it was not given, or is none of this command.
+  std::string value(const std::string& option) const;
   /// Returns how often an option was given. Call it in a callback.
   std::size_t count(const std::string& option) const;
 
