@@ -1,4 +1,4 @@
-// What the commands of decid export share.
+// Functions that the commands of decid export share.
 #pragma once
 
 #include <string>
