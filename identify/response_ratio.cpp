@@ -123,8 +123,8 @@ double ResponseRatio::measure(const Simulated& simulated, std::span<const float>
 }
 
 double ood_score(double distance, double usual, double response_ratio) {
-  constexpr double most = 1.0;
-  const double missing = std::isnan(response_ratio) ? most : std::clamp(1 - response_ratio, 0.0, most);
+  constexpr double max = 1.0;
+  const double missing = std::isnan(response_ratio) ? max : std::clamp(1 - response_ratio, 0.0, max);
   return (distance / usual + ood_missing_weight * missing) / ood_border;
 }
 

@@ -271,15 +271,24 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
              "resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) + " Hz");
   warn_of_length(recording, protocol, place, is_start_known);
   add_change(recording);
+  const auto add = [&](const Signal<double>& signal, const std::vector<double>& values) {
+    trial.signals.add({signal.name, signal.column, std::vector<float>(values.begin(), values.end())});
+  };
+  const auto cut_out = [&](const Signal<double>& signal) { return cut(signal.rad, from_hz, rate, place, samples); };
+  // The sway comes first: complete_tilt() withdraws warnings of it.
+  const Signal<double>& recorded_sway = recording.signals.at(com_sway);
+  std::vector<double> sway = cut_out(recorded_sway);
+  append(recording.warnings, check_against_tilt(sway, plan, from_hz, recording.warnings, trial));
+  append(recording.warnings, detrend(sway, protocol, options.detrend));
+  add(recorded_sway, sway);
   for (const Signal<double>& signal : recording.signals) {
-    std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
-    if (signal.name == com_sway)
-      append(recording.warnings, check_against_tilt(values, plan, from_hz, recording.warnings, trial));
+    if (signal.name == com_sway) continue;
+    std::vector<double> values = cut_out(signal);
     if (&signal == tilt)
       complete_tilt(values, plan, from_hz, place, options.start_s.has_value(), trial, recording);
     else
       append(recording.warnings, detrend(values, protocol, options.detrend));
-    trial.signals.add({signal.name, signal.column, std::vector<float>(values.begin(), values.end())});
+    add(signal, values);
   }
   trial.start_is_doubtful = std::ranges::any_of(recording.warnings, [](const Warning& warning) {
     return warning.severity != Severity::info &&

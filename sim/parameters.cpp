@@ -30,7 +30,7 @@ ParameterTable::ParameterTable(std::vector<ParameterInfo> parameters) : all_(std
     if (!names.insert(info.name).second || (info.option != info.name && !names.insert(info.option).second))
       throw Error(Code::setting_conflict, "parameters", "a table has two parameters called " + info.name,
                   "give each its own name");
-    if (!(info.low < info.high && info.low >= info.least && info.high <= info.most))
+    if (!(info.low < info.high && info.low >= info.min && info.high <= info.max))
       throw Error(Code::setting_out_of_range, "parameters",
                   "the range of " + info.name + " is empty or cannot be simulated",
                   "give a low end below the high end, both within the allowed values");
@@ -50,7 +50,7 @@ Parameters ParameterTable::middle() const {
 }
 
 Parameters ParameterTable::simulable(Parameters values) const {
-  for (std::size_t i = 0; i < size(); ++i) values[i] = std::clamp(values[i], all_[i].least, all_[i].most);
+  for (std::size_t i = 0; i < size(); ++i) values[i] = std::clamp(values[i], all_[i].min, all_[i].max);
   return values;
 }
 

@@ -67,7 +67,7 @@ struct ParameterInfo {
   double low, high;         ///< range of the uniform distribution of the data set
   bool scales_with_mgh;     ///< value / (m g h) is meaningful
   /// The values that can be simulated.
-  double least = 0.0, most = std::numeric_limits<double>::infinity();
+  double min = 0.0, max = std::numeric_limits<double>::infinity();
   /// The value at which a fit fixes the parameter if no prior is given for it: only its products with others act on the
   /// sway, and this is the convention of the model's authors.
   std::optional<double> convention{};

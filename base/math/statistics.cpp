@@ -32,6 +32,11 @@ double mean(std::span<const float> values) {
   return mean_in_double(values);
 }
 
+void subtract_mean(std::span<double> values) {
+  const double middle = mean(values);
+  for (double& value : values) value -= middle;
+}
+
 double stddev(std::span<const double> values) {
   return std::sqrt(squares_about_mean(values) / static_cast<double>(values.size()));
 }

@@ -9,6 +9,7 @@ namespace decid {
 
 double mean(std::span<const double> values);
 double mean(std::span<const float> values);
+void subtract_mean(std::span<double> values);
 /// Standard deviation about the mean, divided by n.
 double stddev(std::span<const double> values);
 /// Variance about the mean, divided by n - 1.

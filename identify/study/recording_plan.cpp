@@ -284,6 +284,7 @@ class Planner {
     planned.is_body_of_other_line = !of_body.empty();
     planned.warnings = std::move(of_body);
     planned.options = line.reading;
+    if (line.number > 0) planned.line = plan_.sheet->locate(line);
     planned.entry.cells.resize(plan_.sheet->columns.size());
     planned.error = error ? error : line.error;
     if (names_people_ && line.number > 0 && !line.file.empty() && line.entry.participant.empty()) {

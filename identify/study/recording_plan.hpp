@@ -33,6 +33,7 @@ struct PlannedRecording {
   std::optional<Error> error = {};                                ///< why the recording cannot be used
   std::vector<std::pair<std::string, std::string>> options = {};  ///< of reading, by the sheet
   Warnings warnings = {};  ///< contradictions of the sheet, bodies of other lines, and copies
+  std::string line = {};   ///< of the sheet: "participants.tsv, line 3"; empty: none
 };
 
 struct RecordingPlan {

@@ -26,6 +26,12 @@ void set_planned(RecordingResult& result, const PlannedRecording& planned) {
 
 namespace {
 
+/// Returns the error of a recording's setting, at the line of the sheet that gives the setting.
+Error at_line(const Error& error, const PlannedRecording& planned) {
+  if (planned.line.empty()) return error;
+  return {error.code(), planned.line, error.where() + ": " + error.problem(), error.remedy()};
+}
+
 /// Reads recordings by their places. protocols: of each setting; null: the setting has the error.
 std::vector<RecordingResult> read_places(const RecordingPlan& plan, std::span<const std::size_t> places,
                                          const std::vector<const sim::Protocol*>& protocols,
@@ -37,10 +43,10 @@ std::vector<RecordingResult> read_places(const RecordingPlan& plan, std::span<co
   parallel_for(static_cast<int>(places.size()), [&](int place) {
     const auto i = static_cast<std::size_t>(place);
     const PlannedRecording& planned = plan.recordings[places[i]];
-    const std::optional<Error>& error = planned.error ? planned.error : errors[planned.setting];
-    if (error) {
+    const std::optional<Error>& of_setting = errors[planned.setting];
+    if (planned.error || of_setting) {
       all[i].file = planned.source.name();
-      all[i].error = error;
+      all[i].error = planned.error ? *planned.error : at_line(*of_setting, planned);
     } else {
       all[i] = read_source(plans.at(protocols[planned.setting]), planned.source, planned.reading);
     }

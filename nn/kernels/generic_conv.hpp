@@ -34,12 +34,12 @@ struct Correlation {
 /// Output channels that share what a block of taps brings into the first-level cache.
 constexpr int group_channels = 16;
 
-/// One block of taps, at most `most` of them: where each reads, and its weights in the order tiles read them,
+/// One block of taps, at most `max_taps` of them: where each reads, and its weights in the order tiles read them,
 /// [tile][tap][channel of the tile].
-template <int most>
+template <int max_taps>
 struct TapBlock {
-  std::ptrdiff_t offset[most];
-  float weight[group_channels * most];
+  std::ptrdiff_t offset[max_taps];
+  float weight[group_channels * max_taps];
   int taps;
 };
 

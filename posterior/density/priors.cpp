@@ -140,10 +140,10 @@ sim::ParameterTable ranges_for(const Priors& priors, const sim::ParameterTable& 
       if (prior.range || prior.normal)
         throw Error(Code::setting_conflict, "prior of " + prior.name,
                     "fixes the parameter and also gives it a range or a normal prior", "give one of them");
-      if (!(*prior.fixed >= info->least && *prior.fixed <= info->most && std::isfinite(*prior.fixed)))
+      if (!(*prior.fixed >= info->min && *prior.fixed <= info->max && std::isfinite(*prior.fixed)))
         throw Error(Code::setting_out_of_range, "prior of " + prior.name,
                     format("fixes it at %g", *prior.fixed) + info->unit_after(),
-                    format("give %g to %g", info->least, std::min(info->most, max_range_factor * info->high)) +
+                    format("give %g to %g", info->min, std::min(info->max, max_range_factor * info->high)) +
                         info->unit_after() + info->unit_hint());
     }
     if (prior.range) {

@@ -78,12 +78,12 @@ inline void check_parameters(const Parameters& parameters, const ParameterTable&
   }
   for (std::size_t i = 0; i < table.size(); ++i) {
     const double value = parameters[i];
-    const double most = std::min(table[i].most, std::numeric_limits<double>::max());
-    if (value >= table[i].least && value <= most) continue;  // false for NaN
+    const double max = std::min(table[i].max, std::numeric_limits<double>::max());
+    if (value >= table[i].min && value <= max) continue;  // false for NaN
     throw Error(Code::setting_out_of_range, whose + "parameter " + table[i].name, "is " + given_text(value),
-                std::isfinite(table[i].most) ? "give " + given_text(table[i].least) + " to " + given_text(most) +
-                                                   (table[i].unit == "1" ? "" : " " + table[i].unit)
-                                             : "give a finite value, " + given_text(table[i].least) + " or above");
+                std::isfinite(table[i].max) ? "give " + given_text(table[i].min) + " to " + given_text(max) +
+                                                  (table[i].unit == "1" ? "" : " " + table[i].unit)
+                                            : "give a finite value, " + given_text(table[i].min) + " or above");
   }
 }
 

@@ -41,7 +41,7 @@ struct Conditions {
 
 struct ConditionInfo {
   const char* key;  ///< as in protocol files
-  double most;      ///< the largest value
+  double max;       ///< the largest value
   bool has_sign;    ///< equally often negative
 };
 const ConditionInfo& info(Condition condition);

@@ -71,7 +71,7 @@ void validate_conditions(const Checker& check, const Conditions& conditions) {
     const Severity& severity = conditions.severity[c];
     const std::string key = std::string("recording ") + about.key;
     check.within(key + " share", severity.fraction, 0.0, 1.0);
-    check.within(key + " high", severity.high, 0.0, about.most);
+    check.within(key + " high", severity.high, 0.0, about.max);
     check.within(key + " low", severity.low, 0.0, severity.high);
   }
   const Severity& low_pass = conditions[Condition::low_pass];

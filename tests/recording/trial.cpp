@@ -187,6 +187,18 @@ TEST_CASE("signals beside the sway are cut, resampled and detrended as it is, bu
   }
 }
 
+TEST_CASE("the order of a recording's signals does not change its trial") {
+  const sim::Protocol protocol = two_cycles();
+  Recording sway_first = with_tilt(protocol, -0.05, 9.0, 100.0), tilt_first = sway_first;
+  const Signal<double> sway = tilt_first.signals.at(com_sway);
+  tilt_first.signals.remove(com_sway);
+  tilt_first.signals.add(sway);
+  const Trial expected = bring_to_protocol(sway_first, protocol), trial = bring_to_protocol(tilt_first, protocol);
+  CHECK(tilt_first.warnings == sway_first.warnings);
+  CHECK(trial.signals.begin()->name == com_sway);
+  for (const char* name : {com_sway, platform_tilt}) CHECK(trial.signals.at(name).rad == expected.signals.at(name).rad);
+}
+
 TEST_CASE("the measured tilt says where the protocol starts") {
   const sim::Protocol protocol = two_cycles();
   for (const double rate : {100.0, 128.0, 1000.0}) {

@@ -18,8 +18,8 @@ inline const sim::BodyModel& made_up_body() {
                      .low = 10.0 * i,
                      .high = 11.0 * i + 1.0,
                      .scales_with_mgh = i % 2 == 0,
-                     .least = 0.0,
-                     .most = 200.0});
+                     .min = 0.0,
+                     .max = 200.0});
     }
     return sim::BodyModel{"fourteen gains", sim::ParameterTable(std::move(all))};
   }();

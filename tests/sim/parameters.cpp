@@ -115,7 +115,7 @@ TEST_CASE("ParameterTable: tables that are none") {
     ParameterInfo bad = named("a");
     bad.low = low;
     bad.high = high;
-    bad.most = 100.0;
+    bad.max = 100.0;
     check_error(table({bad}), Code::setting_out_of_range);
   }
 }

@@ -2,6 +2,8 @@
 #include "tools/decid/command.hpp"
 
 #include <omp.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
@@ -43,6 +45,17 @@ constexpr const char* known_endings[] = {".csv",  ".tsv",         ".json", ".npz
                                          ".htm",  ".svg",         ".png",  ".pdf", ".xls", ".xlsx", ".bin",
                                          ".hdf5", ".safetensors", ".onnx", ".c",   ".h",   ".c3d"};
 
+/// Returns true for a name of the file, pipe or terminal that is the standard output, except for the null device.
+bool is_standard_output(const std::string& name) {
+  struct stat named {
+  }, output{}, null{};
+  const auto are_same = [](const struct stat& a, const struct stat& b) {
+    return a.st_dev == b.st_dev && a.st_ino == b.st_ino;
+  };
+  return !name.empty() && ::stat(name.c_str(), &named) == 0 && ::fstat(STDOUT_FILENO, &output) == 0 &&
+         are_same(named, output) && !(::stat("/dev/null", &null) == 0 && are_same(named, null));
+}
+
 /// Returns the error in an output's name; empty if the name is valid.
 std::string what_is_wrong(const std::string& name, Written written) {
   if (name == "-") return "'-' is not a file; to print results, use --json with the commands that have it";
@@ -70,16 +83,25 @@ void add_common_options(const Command& command, CommonOptions& options, bool pri
       .add_option("--threads", options.threads,
                   "Use this many threads; default: all cores; results do not depend on it")
       .range(1, 1024)
-      .section("Advanced");
-  command.add_flag("--quiet", options.quiet, "Print results and errors only").section("Output");
+      .section("Advanced")
+      .unrecorded();
+  command.add_flag("--quiet", options.quiet, "Print results and errors only").section("Output").unrecorded();
   if (prints_figures)
-    command.add_flag("--json", options.json, "Print one JSON object on standard output").section("Output");
+    command.add_flag("--json", options.json, "Print one JSON object on standard output").section("Output").unrecorded();
 }
 
-void apply(CommonOptions& options) {
+void apply(CommonOptions& options, const Command& command) {
   share_processors();
   if (options.threads > 0) omp_set_num_threads(options.threads);
   options.quiet = options.quiet || !is_root();
+  const std::vector<std::string> outputs = output_options();
+  const auto printed = std::ranges::find_if(
+      outputs, [&](const std::string& option) { return is_standard_output(command.value(option)); });
+  if (printed == outputs.end()) return;
+  if (options.json)
+    throw Error(Code::setting_conflict, "--json", "prints on the standard output, to which " + *printed + " writes",
+                "leave one of them out");
+  print_nothing();
 }
 
 void add_protocol_options(const Command& command, ProtocolOptions& options) {
@@ -122,7 +144,7 @@ Option add_output_option(const Command& command, const std::string& names, std::
   std::istringstream stream(names);
   for (std::string name; std::getline(stream, name, ',');) added_outputs().insert(name);
   const auto check = [written](std::string& text) { return what_is_wrong(text, written); };
-  return command.add_option(names, output, description).rewritten(check, "").section("Output");
+  return command.add_option(names, output, description).rewritten(check, "").section("Output").unrecorded();
 }
 
 void make_output_folder(const std::filesystem::path& folder) {

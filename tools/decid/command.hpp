@@ -21,14 +21,15 @@ struct CommonOptions {
 
 /// Adds --threads, --quiet and, for commands that print figures, --json.
 void add_common_options(const Command& command, CommonOptions& options, bool prints_figures);
-/// Applies --threads. With several ranks, only rank 0 prints.
-void apply(CommonOptions& options);
+/// Applies --threads. With several ranks, only rank 0 prints. If an output option names the standard output, the
+/// command prints no text there; throws Error for --json beside it.
+void apply(CommonOptions& options, const Command& command);
 /// Adds the common options, and sets the command's work: run(options, command) or run(options).
 template <class Options, class Run>
 void run_with(const Command& command, const std::shared_ptr<Options>& options, bool prints_figures, Run run) {
   add_common_options(command, options->common, prints_figures);
   command.callback([=] {
-    apply(options->common);
+    apply(options->common, command);
     if constexpr (std::is_invocable_v<Run, Options&, const Command&>)
       run(*options, command);
     else
@@ -70,7 +71,7 @@ enum class Written { json, csv, table, npz, draws, html, svg, safetensors, onnx,
 
 /// Adds the option `names`: "-o,--output", or the option of another output file. Rejects a name with the ending of
 /// another format, because readers would take the file for that format. Rejects a folder where the command writes a
-/// file. Rejects "-", because no output option accepts it for standard output.
+/// file. Rejects "-", because no output option accepts it for standard output. The option is unrecorded.
 Option add_output_option(const Command& command, const std::string& names, std::string& output, Written written,
                          const std::string& description);
 

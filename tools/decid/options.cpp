@@ -75,8 +75,8 @@ Option& Option::one_of(const std::vector<std::string>& words) {
   return *this;
 }
 
-Option& Option::values(int least, int most) {
-  option_->expected(least, most);
+Option& Option::values(int min, int max) {
+  option_->expected(min, max);
   return *this;
 }
 
@@ -97,6 +97,11 @@ Option& Option::rewritten(const std::function<std::string(std::string&)>& rewrit
 
 Option& Option::excludes(const Option& other) {
   option_->excludes(other.option_);
+  return *this;
+}
+
+Option& Option::unrecorded() {
+  option_->configurable(false);  // CLI11's mark of options that it leaves out of a saved configuration
   return *this;
 }
 
@@ -152,18 +157,20 @@ void Command::callback(std::function<void()> work) const {
 std::vector<std::string> Command::given(const std::vector<std::string>& without) const {
   std::vector<std::string> all;
   for (const CLI::Option* option : app_->get_options()) {
-    if (option->count() == 0 || std::ranges::find(without, option->get_name()) != without.end()) continue;
+    const bool is_left_out =
+        !option->get_configurable() || std::ranges::find(without, option->get_name()) != without.end();
+    if (option->count() == 0 || is_left_out) continue;
     std::string& text = all.emplace_back(option->get_name());
     for (const std::string& value : option->results()) text += ' ' + value;
   }
   return all;
 }
 
-std::vector<std::string> Command::arguments(const std::vector<std::string>& without) const {
+std::vector<std::string> Command::arguments() const {
   std::vector<std::string> all;
   for (const CLI::Option* option : app_->get_options()) {
+    if (option->count() == 0 || !option->get_configurable()) continue;
     const std::string name = option->get_name();
-    if (option->count() == 0 || std::ranges::find(without, name) != without.end()) continue;
     const bool is_flag = option->get_items_expected_max() == 0;
     if (is_flag) all.push_back(name);
     for (const std::string& value : option->results())
@@ -174,6 +181,11 @@ std::vector<std::string> Command::arguments(const std::vector<std::string>& with
 
 std::string Command::name() const {
   return app_->get_name();
+}
+
+std::string Command::value(const std::string& option) const {
+  const CLI::Option* const found = app_->get_option_no_throw(option);
+  return found == nullptr || found->count() == 0 ? std::string() : found->results().back();
 }
 
 std::size_t Command::count(const std::string& option) const {

@@ -35,8 +35,8 @@ class Option {
   /// others: the message of a value out of range names the value to give if it is in one of these units.
   Option& range(double low, double high, const char* unit = "", const OtherUnits& others = {});
   Option& one_of(const std::vector<std::string>& words);
-  /// Accepts `least` to `most` values in sequence.
-  Option& values(int least, int most);
+  /// Accepts `min` to `max` values in sequence.
+  Option& values(int min, int max);
   /// Accepts one value each time; the option may occur several times.
   Option& repeatable();
   /// Shows `text` in the help instead of the type and the default.
@@ -44,6 +44,9 @@ class Option {
   /// Changes the text before it is read. `rewrite` returns an error message, or an empty string if the text is valid.
   Option& rewritten(const std::function<std::string(std::string& text)>& rewrite, const std::string& type);
   Option& excludes(const Option& other);
+  /// Leaves the option out of Command::given() and Command::arguments(): no output's content depends on it, or the
+  /// call's record has its values elsewhere.
+  Option& unrecorded();
   /// Shows the option under this heading of the help, instead of its command's section.
   Option& section(const std::string& heading);
 
@@ -73,11 +76,13 @@ class Command {
   void footer(const std::string& text) const;
   /// Sets the function that runs after all arguments have been read.
   void callback(std::function<void()> work) const;
-  /// Returns "--option value value" for each given option except `without`. Call it in a callback.
+  /// Returns "--option value value" for each given recorded option except `without`. Call it in a callback.
   std::vector<std::string> given(const std::vector<std::string>& without) const;
-  /// Returns the given options except `without` as arguments of a later call: "--option=value", "--flag".
-  std::vector<std::string> arguments(const std::vector<std::string>& without) const;
+  /// Returns the given recorded options as arguments of a later call: "--option=value", "--flag".
+  std::vector<std::string> arguments() const;
   std::string name() const;
+  /// Returns the value that an option was given last; empty if it was not given, or is none of this command.
+  std::string value(const std::string& option) const;
   /// Returns how often an option was given. Call it in a callback.
   std::size_t count(const std::string& option) const;
 

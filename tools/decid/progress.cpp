@@ -23,10 +23,11 @@ std::size_t characters(const std::string& text) {
 
 }  // namespace
 
-std::string curve(std::span<const double> values, std::size_t most) {
+std::string curve(std::span<const double> values, std::size_t max_length) {
   constexpr std::array<const char*, 8> levels{"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
   std::vector<double> heights(values.begin(), values.end());
-  if (values.size() > most) heights.erase(heights.begin(), heights.end() - static_cast<std::ptrdiff_t>(most));
+  if (values.size() > max_length)
+    heights.erase(heights.begin(), heights.end() - static_cast<std::ptrdiff_t>(max_length));
   if (std::ranges::all_of(heights, [](double value) { return value > 0.0; }))
     for (double& value : heights) value = std::log(value);
   if (heights.empty()) return {};

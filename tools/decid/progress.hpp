@@ -8,8 +8,8 @@
 namespace decid::tools {
 
 /// Returns a curve with one character per value, ▁ to █, from the smallest to the largest value. The scale is
-/// logarithmic if all values are positive. Shows only the last `most` values.
-std::string curve(std::span<const double> values, std::size_t most = 24);
+/// logarithmic if all values are positive. Shows only the last `max_length` values.
+std::string curve(std::span<const double> values, std::size_t max_length = 24);
 
 class ProgressBar {
  public:

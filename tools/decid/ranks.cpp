@@ -40,7 +40,7 @@ constexpr const char* shared_commands[] = {"train", "dataset",   "evaluate", "id
 std::unique_ptr<mpi::World> world;
 #endif
 
-/// Discards the output of ranks other than 0.
+/// Discards an output.
 class Nowhere : public std::streambuf {
   int overflow(int byte) override { return traits_type::not_eof(byte); }
   std::streamsize xsputn(const char*, std::streamsize count) override { return count; }
@@ -134,13 +134,17 @@ std::string listed(const std::vector<std::string>& files) {
   return text;
 }
 
+void print_nothing() {
+  std::cout.rdbuf(&nowhere);
+}
+
 Session::Session(int argc, char** argv) : argc_(argc), argv_(argv) {
 #ifdef DECID_MPI
   if (!mpi::is_launched()) return;
   world = mpi::start();
   if (ranks() == nullptr) return;
   if (!is_root()) {
-    std::cout.rdbuf(&nowhere);
+    print_nothing();
     std::clog.rdbuf(&nowhere);
   }
 #endif

@@ -19,6 +19,8 @@ namespace decid::tools {
 Communicator* ranks();
 /// Returns true at the rank that prints and writes.
 bool is_root();
+/// Discards what this process prints on standard output from now on.
+void print_nothing();
 /// Sets the default number of threads of a process: all processors, or a part of them if other ranks run on the same
 /// machine.
 void share_processors();

@@ -123,10 +123,11 @@ std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& 
 
 Option add_recording_flags(const Command& command, RecordingFlags& flags) {
   command.section("Input");
-  const Option recordings = command.add_option("recordings", flags.files,
-                                               "Read these recordings: CSV, MAT, C3D or .xlsx files, folders of them, "
-                                               "or quoted patterns; - reads standard input");
-  command.add_flag("--recursive", flags.recursive, "Also read the folders inside folders");
+  Option recordings = command.add_option("recordings", flags.files,
+                                         "Read these recordings: CSV, MAT, C3D or .xlsx files, folders of them, "
+                                         "or quoted patterns; - reads standard input");
+  recordings.unrecorded();  // the call's record has the files that they lead to
+  command.add_flag("--recursive", flags.recursive, "Also read the folders inside folders").unrecorded();
   add_reading_options(command, flags);
   return recordings;
 }

@@ -45,11 +45,6 @@ std::vector<double> read_metres(const Table& table, int column, const RecordingO
   return values;
 }
 
-void subtract_mean(std::vector<double>& values) {
-  const double middle = mean(values);
-  for (double& value : values) value -= middle;
-}
-
 /// Returns the angles of displacements at the top of a rod of this length.
 std::vector<double> angles(const std::vector<double>& displacement_m, double length_m, const std::string& what,
                            const std::string& where) {

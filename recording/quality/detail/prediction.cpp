@@ -40,8 +40,10 @@ Prediction predict(const std::vector<double>& signal, const std::vector<double>&
   Square<with_tilt> left{};
   Row<with_tilt> right{};
   double squares = 0.0;
+  std::vector<Row<with_tilt>> rows;  // of the blocks from own_lags
+  rows.reserve(blocks);
   for (std::size_t k = own_lags; k < blocks; ++k) {
-    const Row<with_tilt> row = regressors(signal, tilt, first, k);
+    const Row<with_tilt>& row = rows.emplace_back(regressors(signal, tilt, first, k));
     for (std::size_t i = 0; i < with_tilt; ++i) {
       right[i] += row[i] * signal[k];
       for (std::size_t j = 0; j <= i; ++j) left[i][j] += row[i] * row[j];
@@ -59,7 +61,7 @@ Prediction predict(const std::vector<double>& signal, const std::vector<double>&
     more_right[i] = right[i];
   }
   for (std::size_t k = own_lags; k < blocks; ++k) {
-    const Row<with_tilt> row = regressors(signal, tilt, first, k);
+    const Row<with_tilt>& row = rows[k - own_lags];
     double slope = 0.0;
     for (std::size_t j = 0; j < tilt_lags; ++j) slope += fitted[own + j] * (row[own + j] - tilt[first + k - j - 1]);
     const Row<2> added{slope, slope * (static_cast<double>(k) - 0.5 * static_cast<double>(blocks))};

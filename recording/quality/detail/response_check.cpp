@@ -157,11 +157,6 @@ class DeadTimes {
   Taps right_{};
 };
 
-void subtract_mean(std::vector<double>& values) {
-  const double middle = mean(values);
-  for (double& value : values) value -= middle;
-}
-
 /// Returns the blocks before the sway begins to respond; 0 for a small response, and if it begins after
 /// max_searched_dead.
 std::size_t find_dead_time(const DeadTimes& dead_times, std::size_t blocks) {
@@ -302,7 +297,7 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
   Found found;
   if (is_short()) return found;
   std::vector<double> sway = block_means(sway_rad, block_);
-  double mean = 0.0;
+  double mean = 0.0;  // subtract_mean() would change the last bits of the results
   for (const double value : sway) mean += value / static_cast<double>(blocks_);
   for (double& value : sway) value -= mean;
   const Rest fit = fit_response(sway, tilt_, is_determined_);

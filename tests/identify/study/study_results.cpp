@@ -1,10 +1,11 @@
-// Recordings of a plan: notes on priors that bodies share.
+// Recordings of a plan: errors of their protocols, and notes on priors that bodies share.
 #include "identify/study/study_results.hpp"
 
 #include <cmath>
 
 #include "base/text.hpp"
 #include "tests/helpers.hpp"
+#include "tests/identify/study/sheet_files.hpp"
 #include "tests/posterior/trial.hpp"
 
 using namespace decid;
@@ -42,4 +43,17 @@ TEST_CASE("PlanFitter: priors of gains that bodies of several sizes share are no
                      .normal = posterior::ParameterPrior::Normal{1.0, 0.2},
                      .over_mgh = {.normal = true}}) == 2);
   CHECK(noted("90", {.name = "delay", .normal = posterior::ParameterPrior::Normal{0.12, 0.02}}) == 0);
+}
+
+TEST_CASE("PlanFitter, PlanIdentifier: an error of a sheet's protocol names the sheet and the line of each recording") {
+  const TemporaryFolder folder;
+  const std::string sheet = "participant_id\tfile\tprotocol\nA\ta.csv\tnone.json\nB\tb.csv\t\nC\tc.csv\tnone.json\n";
+  const RecordingPlan plan = plan_of_text(folder, sheet, {"a.csv", "b.csv", "c.csv"}, Choice::by_sheet);
+  const std::vector<std::size_t> places{0, 2};
+  const std::vector<RecordingResult> fitted = PlanFitter(nullptr, sines_protocol(), plan, {}).read(places);
+  check_has(fitted[0].error, Code::file_missing, "participants.tsv, line 2: none.json");
+  check_has(fitted[1].error, Code::file_missing, "participants.tsv, line 4: none.json");
+  const Model model = model_or_built_in("");
+  const std::vector<RecordingResult> identified = PlanIdentifier(model, "built-in", plan, 1).identify(places);
+  check_has(identified[1].error, Code::file_missing, "participants.tsv, line 4: none.json");
 }

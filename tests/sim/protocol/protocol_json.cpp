@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "base/files/json_object.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/tiny_protocol.hpp"
 
@@ -311,4 +312,20 @@ TEST_CASE("another sequence starts at its start, unless its offset is given") {
   // Its keys carry their object's name in errors.
   check_error(parsing(R"({"sequence": {"state_s": 0}})"), Code::setting_out_of_range, "my.json");
   check_error(parsing(R"({"sequence": {"feedback": [0, 1]}})"), Code::setting_out_of_range, "2 stages");
+}
+
+TEST_CASE("a key of an inner object that lies outside is named with its object") {
+  const Json protocol = parse_json(to_json(sim::default_protocol()), "protocol");
+  int moved_keys = 0;
+  for (const auto& [outer, object] : protocol.items()) {
+    if (!object.is_object()) continue;
+    for (const auto& [key, value] : object.items()) {
+      if (outer == "body" && key == "mass_kg") continue;  // also a participant's
+      Json moved = protocol;
+      moved[key] = value;
+      check_error(parsing(moved.dump()), Code::setting_unknown, "move it into '" + outer + "'");
+      ++moved_keys;
+    }
+  }
+  CHECK(moved_keys > 10);
 }

@@ -212,3 +212,16 @@ TEST_CASE("a single recording that cannot be used: JSON and tables have its erro
     CHECK_FALSE(std::filesystem::exists(folder / "r.html"));
   }
 }
+
+TEST_CASE("an output option that names the standard output has it for itself") {
+  const Folder folder;
+  run_ok("simulate -o " + folder / "a.csv");
+  const std::string call = "identify " + folder / "a.csv" + " --quiet ";
+  const std::string json = run_ok(call + "--json").out, table = run_ok(call + "--table /dev/stdout").out;
+  CHECK(run_ok(call + "-o /dev/stdout").out == json);        // a file
+  CHECK(run_ok(call + "-o /dev/stdout | cat").out == json);  // a pipe
+  CHECK(run_ok(call + "-o /proc/self/fd/1").out == json);
+  CHECK(std::ranges::count(table, '\n') == 2);  // the names and the recording
+  CHECK(run_decid(call + "--json --table /dev/stdout").code == 2);
+  CHECK(decid::test::contains(run_ok(call + "-o " + folder / "o.json").out, "Kp"));
+}

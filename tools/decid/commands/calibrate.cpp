@@ -407,7 +407,7 @@ void add_calibrate(const Command& program) {
   add_output_option(command, "--figure", options->figure, Written::svg,
                     "Draw the ranks of the true values among the draws to this SVG file");
   command.section("Output");
-  command.add_flag("--resume", options->resume, "Continue with the trials in the output file");
+  command.add_flag("--resume", options->resume, "Continue with the trials in the output file").unrecorded();
   command.footer(
       "Examples:\n"
       "  decid calibrate --trials 300 --sensor-noise 0.02 -o calibration.json\n"

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <iostream>
 #include <iterator>
+#include <map>
 #include <memory>
 
 #include "base/error.hpp"
@@ -10,6 +11,7 @@
 #include "base/text.hpp"
 #include "posterior/planning/expected_posterior.hpp"
 #include "posterior/planning/variations.hpp"
+#include "sim/protocol/protocol_json.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/named_values.hpp"
 #include "tools/decid/progress.hpp"
@@ -47,16 +49,33 @@ std::string shown(double number) {
   return format("%.4g", number);
 }
 
+/// Throws Error if an option has one value twice, which would give two equal rows.
+void refuse_repeated(const char* option, std::vector<double> values) {
+  std::ranges::sort(values);
+  const auto found = std::ranges::adjacent_find(values);
+  if (found != values.end())
+    throw Error(Code::setting_conflict, option, "gives " + shown(*found) + " twice", "give it once");
+}
+
 /// Returns the protocols, each with all combinations of amplitudes and cycles. files: receives the names of the files
 /// that were read.
 std::vector<Planned> planned_protocols(const DesignOptions& options, std::vector<std::string>& files) {
   std::vector<Planned> all;
   const std::vector<std::string> names =
       options.protocols.empty() ? std::vector<std::string>{"default", "short"} : options.protocols;
+  refuse_repeated("--amplitude", options.amplitudes_deg);
+  refuse_repeated("--cycles", options.cycles);
+  std::map<std::string, std::string> given;  // contents, and their names on the command line
   for (const std::string& name : names) {
     sim::Protocol protocol = read_protocol(name, options.common.quiet, &files, options.controller);
     if (const std::optional<sim::Body> body = options.body.body()) protocol.experiment.body = *body;
     protocol.validate();
+    const auto [same, is_new] = given.try_emplace(sim::to_json(protocol), name);
+    if (!is_new)
+      throw Error(Code::setting_conflict, "--protocol",
+                  same->second == name ? "gives " + name + " twice"
+                                       : "gives " + same->second + " and " + name + ", which are one protocol",
+                  "give it once");
     std::vector<Planned> variants{{protocol.name, protocol}};
     const auto vary = [&](const std::vector<double>& values, const char* unit, auto make) {
       if (values.empty()) return;

@@ -365,8 +365,10 @@ void add_fit(const Command& program) {
   add_report_options(command, options->outputs, true);
   add_group_options(command, options->groups);
   command.section("Output");
-  command.add_flag("--resume", options->resume,
-                   "Continue a stopped call: skip the recordings that are done, which OUTPUT.journal holds");
+  command
+      .add_flag("--resume", options->resume,
+                "Continue a stopped call: skip the recordings that are done, which OUTPUT.journal holds")
+      .unrecorded();
   command.footer(
       "Examples:\n"
       "  decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"

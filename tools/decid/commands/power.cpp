@@ -67,6 +67,9 @@ cohort::ValueSpread spread_of(const PowerOptions& options, const Model& model, c
   const sim::SensorNoise& sensor = protocol.noise.sensor;
   const double noise_deg =
       options.sensor_noise_deg.empty() ? default_noise_deg : std::sqrt(sensor.low_deg * sensor.high_deg);
+  if (noise_deg == 0.0)
+    throw Error(Code::setting_out_of_range, "--sensor-noise", "is 0 degrees, and --by fit needs measurement noise",
+                "give a level above 0");
   const posterior::Priors priors = posterior::with_conventions({}, protocol.ranges());
   return cohort::spread_of_fits(protocol, priors, groups, noise_deg, std::min(options.recordings, max_fits),
                                 options.seed);
@@ -110,7 +113,8 @@ void refuse_unused(const std::string& option, const std::vector<bool>& given, co
 }
 
 /// Throws Error for options that change nothing in the call.
-void refuse_unused_options(const PowerOptions& options, const PowerValues& values, const sim::ParameterTable& table) {
+void refuse_unused_options(const PowerOptions& options, const PowerValues& values, const sim::ParameterTable& table,
+                           const Command& command) {
   const std::string no_difference = "it has no --difference";
   for (const auto& [option, given] : {std::pair("--measurement-sd", &values.known),
                                       {"--trial-sd", &values.has_trial_sd},
@@ -125,17 +129,14 @@ void refuse_unused_options(const PowerOptions& options, const PowerValues& value
   if (options.design.paired && !values.simulates && !options.participant_sd.empty())
     throw Error(Code::setting_conflict, "--participant-sd",
                 "is not used: --paired compares the visits of each participant", "leave it out, or give --visit-sd");
-  for (const auto& [option, is_given] : {std::pair("--sensor-noise", !options.sensor_noise_deg.empty()),
-                                         {"--protocol", !options.protocol.empty()},
-                                         {"--by", options.by == "fit"},
-                                         {"--recordings", options.recordings != PowerOptions{}.recordings}})
-    if (!values.simulates && is_given)
+  for (const char* option : {"--sensor-noise", "--protocol", "--by", "--recordings", "--seed"})
+    if (!values.simulates && command.count(option) > 0)
       throw Error(Code::setting_conflict, option,
                   "is not used: --measurement-sd gives the uncertainty of all recordings", "leave one of them out");
 }
 
 /// Returns the options' values, with defaults for those that are not given. Throws Error for an impossible value.
-PowerValues read_options(const PowerOptions& options, const Model& model) {
+PowerValues read_options(const PowerOptions& options, const Model& model, const Command& command) {
   const sim::ParameterTable& table = model.parameters();
   const double mgh_nm_rad = model.protocol.experiment.body.mgh();
   const sim::Parameters none(table.size());
@@ -175,7 +176,7 @@ PowerValues read_options(const PowerOptions& options, const Model& model) {
   values.has_trial_sd = read_sd("--trial-sd", options.trial_sd, values.trial);
   refuse_beyond_range("--measurement-sd", values.known, values.measured, table);
   refuse_negative("--measurement-sd", values.known, values.measured, table);
-  refuse_unused_options(options, values, table);
+  refuse_unused_options(options, values, table, command);
   for (std::size_t p = 0; p < table.size() && !options.common.quiet; ++p)
     if (values.wanted[p] && !percent_difference[p]) note_small_difference(table[p], values.difference[p], mgh_nm_rad);
   return values;
@@ -266,7 +267,7 @@ void run_power(const PowerOptions& options, const Command& command) {
     throw Error(Code::setting_conflict, "--protocol", "is for --by fit: a network reads its own protocol",
                 "add --by fit, or leave it out");
   const Model model = model_or_built_in(options.model);
-  const PowerValues values = read_options(options, model);
+  const PowerValues values = read_options(options, model, command);
   std::vector<std::string> inputs{options.model};
   const std::vector<PowerRow> rows = power_rows(options, values, model, inputs);
   const int people = simulated_people(options, values);

@@ -101,7 +101,8 @@ void add_report_options(const Command& command, Outputs& outputs, bool of_fit) {
       .add_option("--excel", outputs.excel,
                   "Write CSV tables for Excel: with decimal commas (comma), points (point), or as numbers are written "
                   "in the system's language (locale); default: points, for R and pandas")
-      .one_of({"comma", "point", "locale"});
+      .one_of({"comma", "point", "locale"})
+      .unrecorded();
 }
 
 }  // namespace decid::tools

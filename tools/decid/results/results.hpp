@@ -15,15 +15,9 @@
 
 namespace decid::tools {
 
-/// Options that do not change the answer, and options that the JSON reports elsewhere.
-inline const std::vector<std::string> options_reported_elsewhere{
-    "recordings", "--output", "--draws",      "--report",   "--table",  "--group",     "--resume",
-    "--threads",  "--quiet",  "--json",       "--protocol", "--model",  "--recursive", "--long",
-    "--excel",    "--study",  "--controller", "--figures",  "--within", "--covariates"};
-/// Options that no output's content depends on, and the recordings, whose files Report::arguments has.
-inline const std::vector<std::string> options_without_effect{
-    "recordings", "--output",  "--draws", "--report", "--table",     "--long",    "--excel",
-    "--resume",   "--threads", "--quiet", "--json",   "--recursive", "--figures", "--figure"};
+/// Recorded options that the JSON of a report has elsewhere than in its `options`.
+inline const std::vector<std::string> options_reported_elsewhere{"--group",      "--protocol", "--model",     "--study",
+                                                                 "--controller", "--within",   "--covariates"};
 /// Returns the call without its seed. inputs: all files that were read; empty names do not count. named: the
 /// recordings' files in the call.
 Call record_call(const Command& command, const std::vector<std::string>& inputs,

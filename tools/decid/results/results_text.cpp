@@ -211,9 +211,7 @@ std::string report_text(const Report& report) {
 
 Call record_call(const Command& command, const std::vector<std::string>& inputs,
                  const std::vector<std::string>& named) {
-  std::vector<std::string> without = options_without_effect;
-  if (command.name() == "design") std::erase(without, "--draws");  // a number of people, not a file
-  Call call{command.name(), command.arguments(without), hash_inputs(inputs), {}};
+  Call call{command.name(), command.arguments(), hash_inputs(inputs), {}};
   call.arguments.insert(call.arguments.end(), named.begin(), named.end());
   return call;
 }

@@ -164,10 +164,10 @@ class Reader5 {
   }
 
   /// Returns whether an array has at most this many elements; the comparison cannot overflow.
-  static bool has_at_most(const MatVariable& variable, std::size_t most) {
+  static bool has_at_most(const MatVariable& variable, std::size_t max) {
     const auto& [height, width, pages] = std::tie(variable.height, variable.width, variable.pages);
     if (height == 0 || width == 0 || pages == 0) return true;
-    return width <= most / height && pages <= most / height / width;
+    return width <= max / height && pages <= max / height / width;
   }
 
   void read_class(MatBytes& from, MatVariable& variable) const {

@@ -43,8 +43,8 @@ inline constexpr std::size_t max_mat_columns = 10'000;
 /// Returns the maximum number of values of a file, so that a small file cannot claim all memory: 32 million, or the
 /// number of its bytes up to 100 million.
 constexpr std::size_t max_mat_values(std::size_t file_bytes) {
-  constexpr std::size_t least = std::size_t{1} << 25, most = 100'000'000;
-  return file_bytes < least ? least : file_bytes < most ? file_bytes : most;
+  constexpr std::size_t min = std::size_t{1} << 25, max = 100'000'000;
+  return file_bytes < min ? min : file_bytes < max ? file_bytes : max;
 }
 
 }  // namespace decid::recording
