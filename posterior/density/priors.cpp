@@ -25,14 +25,23 @@ double probability_in(const Quantile& prior, double probability) {
 
 constexpr const char* mgh_suffix = "/mgh";
 
-/// Returns " (Kp is in N m/rad; for values over m g h give Kp/mgh)" for a value that may be one; empty for others.
+/// Throws Error for a fixed value that no simulation takes, or that is meant in another unit.
+void check_fixed(const sim::ParameterInfo& info, double value) {
+  const double max = std::min(info.max, max_range_factor * info.high), min_gain = info.high / max_range_factor;
+  const bool is_mgh = info.scales_with_mgh && value > 0.0 && value < min_gain;
+  if (std::isfinite(value) && value >= info.min && value <= max && !is_mgh) return;
+  throw Error(Code::setting_out_of_range, "prior of " + info.name, format("fixes it at %g", value) + info.unit_after(),
+              (is_mgh ? format("give 0, or %g to %g", min_gain, max) : format("give %g to %g", info.min, max)) +
+                  info.unit_after() + (is_mgh ? mgh_hint(info, value) : info.unit_hint()));
+}
+
+}  // namespace
+
 std::string mgh_hint(const sim::ParameterInfo& info, double value) {
   if (!info.scales_with_mgh || !(std::abs(value) < info.high / max_range_factor)) return {};
   return format(" (%s is in %s; for values over m g h give %s%s)", info.name.c_str(), info.unit.c_str(),
                 info.name.c_str(), mgh_suffix);
 }
-
-}  // namespace
 
 PriorName::PriorName(const std::string& text) : parameter(text), over_mgh(text.ends_with(mgh_suffix)) {
   if (over_mgh) parameter.resize(text.size() - std::string_view(mgh_suffix).size());
@@ -135,16 +144,12 @@ sim::ParameterTable ranges_for(const Priors& priors, const sim::ParameterTable& 
     named.push_back(prior.name);
     if (prior.over_mgh.any())
       throw Error(Code::setting_conflict, "prior of " + prior.name, "is over m g h, which depends on the body",
-                  "give it in " + info->unit + ", as in_si_units() does");
+                  "convert it by in_si_units()");
     if (prior.fixed) {
       if (prior.range || prior.normal)
         throw Error(Code::setting_conflict, "prior of " + prior.name,
                     "fixes the parameter and also gives it a range or a normal prior", "give one of them");
-      if (!(*prior.fixed >= info->min && *prior.fixed <= info->max && std::isfinite(*prior.fixed)))
-        throw Error(Code::setting_out_of_range, "prior of " + prior.name,
-                    format("fixes it at %g", *prior.fixed) + info->unit_after(),
-                    format("give %g to %g", info->min, std::min(info->max, max_range_factor * info->high)) +
-                        info->unit_after() + info->unit_hint());
+      check_fixed(*info, *prior.fixed);
     }
     if (prior.range) {
       const auto [low, high] = *prior.range;

@@ -77,14 +77,18 @@ struct Quantile {
 /// Returns the priors with all values in SI units, for the protocol's body. Throws Error for values over m g h of a
 /// parameter that does not scale with it.
 Priors in_si_units(Priors priors, const sim::Protocol& protocol);
+/// Returns a hint for a value of a parameter, in SI units, that may be meant over m g h because it is below a hundredth
+/// of the range's end, such as Kp of 1; empty for other values and parameters.
+std::string mgh_hint(const sim::ParameterInfo& info, double value);
 /// Returns the priors with parameters that have a convention (sim::ParameterInfo) fixed, unless the priors name them.
 Priors with_conventions(Priors priors, const sim::ParameterTable& table);
 /// Returns the priors. Throws Error for priors out of their bounds.
 const Priors& require_valid(const Priors& priors);
 /// Returns the table with the priors' ranges. Throws Error for values that are not in SI units, for an unknown or
 /// repeated name, and for a range that is empty, negative, not finite or ends above 100 times the table's end. Throws
-/// Error for a normal prior with less than a millionth of its probability in the range, and for a fixed value that
-/// cannot be simulated or stands beside a range or a normal prior.
+/// Error for a normal prior with less than a millionth of its probability in the range. Throws Error for a fixed value
+/// that cannot be simulated or lies above 100 times the table's end, for one of a gain that may be meant over m g h
+/// (mgh_hint()), and for one beside a range or a normal prior.
 sim::ParameterTable ranges_for(const Priors& priors, const sim::ParameterTable& table);
 /// Returns the quantile function of parameter `name`, which lies in [low, low + range].
 Quantile make_quantile(const Priors& priors, const std::string& name, double low, double range);

@@ -42,7 +42,7 @@ void check_plan(const Density& density, const PlannedRecordings& planned) {
       throw Error(Code::setting_out_of_range, "design, " + table[p].name,
                   format("is %g", (*planned.at)[p]) + table[p].unit_after(),
                   format("give a value between %g and %g", table[p].low, table[p].high) + table[p].unit_after() +
-                      table[p].unit_hint());
+                      table[p].unit_hint() + mgh_hint(table[p], (*planned.at)[p]));
   }
   if (!some)
     throw Error(Code::setting_conflict, "design", "the priors fix every parameter", "leave one to be inferred");

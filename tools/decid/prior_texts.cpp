@@ -39,8 +39,31 @@ struct NamedNumbers {
   std::vector<double> numbers;
 };
 
-/// Returns the priors that the texts give for the parameters of the protocol.
-std::vector<posterior::ParameterPrior> priors_of(const PriorTexts& texts, const sim::Protocol& protocol) {
+/// Throws Error naming the option for priors that the protocol's body cannot have.
+void check_priors(const std::vector<posterior::ParameterPrior>& all, const sim::Protocol& protocol) {
+  try {
+    static_cast<void>(posterior::ranges_for(posterior::in_si_units({.parameters = all}, protocol), protocol.ranges()));
+  } catch (const Error& error) {
+    const auto prior = std::ranges::find_if(
+        all, [&](const posterior::ParameterPrior& one) { return error.where().ends_with(" " + one.name); });
+    const bool is_known = prior != all.end(), of_range = error.where().starts_with("range");
+    const bool fixes = is_known && prior->fixed, of_prior = !of_range && !fixes;
+    const bool over_mgh = is_known && ((of_range && prior->over_mgh.range) || (fixes && prior->over_mgh.fixed) ||
+                                       (of_prior && prior->over_mgh.normal));
+    throw Error(error.code(),
+                of_range ? "--range"
+                : fixes  ? "--fix"
+                         : "--prior",
+                error.where() + " " + error.problem(),
+                error.remedy() + (over_mgh && error.code() == Code::setting_out_of_range
+                                      ? "; " + prior->name + "/mgh takes values over m g h"
+                                      : ""));
+  }
+}
+
+/// Returns the priors that the texts give for the parameters of the protocol. has_sheet: as in parameter_priors().
+std::vector<posterior::ParameterPrior> priors_of(const PriorTexts& texts, const sim::Protocol& protocol,
+                                                 bool has_sheet) {
   using posterior::ParameterPrior;
   const sim::ParameterTable table = protocol.ranges();
   std::vector<ParameterPrior> all;
@@ -71,19 +94,10 @@ std::vector<posterior::ParameterPrior> priors_of(const PriorTexts& texts, const 
        });
   read(texts.fixed, 1, "--fix", "NAME=VALUE", &ParameterPrior::fixed, &OverMgh::fixed,
        [](const Numbers& numbers) { return numbers[0]; });
-  posterior::Priors priors;
-  priors.parameters = all;
-  try {
-    static_cast<void>(posterior::ranges_for(posterior::in_si_units(priors, protocol), table));
-  } catch (const Error& error) {
-    const bool fixes = std::ranges::any_of(
-        all, [&](const ParameterPrior& prior) { return prior.fixed && error.where().ends_with(" " + prior.name); });
-    throw Error(error.code(),
-                error.where().starts_with("range") ? "--range"
-                : fixes                            ? "--fix"
-                                                   : "--prior",
-                error.where() + " " + error.problem(), error.remedy());
-  }
+  std::vector<ParameterPrior> checked = all;
+  for (ParameterPrior& prior : checked)
+    if (has_sheet && prior.range && prior.normal && prior.over_mgh.range != prior.over_mgh.normal) prior.normal.reset();
+  check_priors(checked, protocol);
   return all;
 }
 
@@ -123,8 +137,9 @@ void add_prior_options(const Command& command, PriorTexts& priors) {
 }
 
 std::vector<posterior::ParameterPrior> parameter_priors(const PriorTexts& texts, const sim::Protocol& protocol,
-                                                        const std::vector<const sim::BodyModel*>& controllers) {
-  return priors_of(for_controller(texts, *protocol.experiment.body_model, controllers), protocol);
+                                                        const std::vector<const sim::BodyModel*>& controllers,
+                                                        bool has_sheet) {
+  return priors_of(for_controller(texts, *protocol.experiment.body_model, controllers), protocol, has_sheet);
 }
 
 }  // namespace decid::tools

@@ -19,8 +19,10 @@ void add_prior_options(const Command& command, PriorTexts& priors);
 
 /// Returns the priors that the texts give for the parameters of the protocol's controller. Ignores parameters that only
 /// others of `controllers`, those of the call, have. Priors over m g h remain so, because recordings may have other
-/// bodies. Throws Error naming the option.
+/// bodies. has_sheet: a study's sheet gives bodies, so that a normal prior is checked later if only one of it and its
+/// range is over m g h. Throws Error naming the option.
 std::vector<posterior::ParameterPrior> parameter_priors(const PriorTexts& texts, const sim::Protocol& protocol,
-                                                        const std::vector<const sim::BodyModel*>& controllers);
+                                                        const std::vector<const sim::BodyModel*>& controllers,
+                                                        bool has_sheet = false);
 
 }  // namespace decid::tools

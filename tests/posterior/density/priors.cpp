@@ -162,6 +162,11 @@ TEST_CASE("ranges_of: priors of no parameter, or of none that can be, are refuse
   for (const double mean : {60.0, 240.0})
     CHECK_NOTHROW(ranges({{.name = "Kd", .range = range, .normal = Normal{mean, 10.0}}}));
   CHECK_NOTHROW(ranges({{.name = "Kd", .range = Range{1.0, 4.0}}}));
+  // A gain below a hundredth of its range's end is meant over m g h; none is none.
+  for (const double wrong : {0.3, 1e6, -1.0, infinity, not_a_number})
+    check_error([&] { ranges({{.name = "Kd", .fixed = wrong}}); }, Code::setting_out_of_range);
+  for (const double right : {0.0, 4.0, 3e4}) CHECK_NOTHROW(ranges({{.name = "Kd", .fixed = right}}));
+  CHECK_NOTHROW(ranges({{.name = "Nv", .fixed = 0.001}}));
   // The delay that can be simulated has an end.
   CHECK_THROWS_AS(ranges({{.name = "delay", .range = Range{0.0, 1e3}}}), Error);
 }

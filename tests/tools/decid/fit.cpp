@@ -144,6 +144,15 @@ TEST_CASE("fit: priors over m g h are each body's own, and rerun repeats them") 
                                folder / "a.csv" +
                                " --prior Kp/mgh=1.0,0.2 --range Kd/mgh=0.1,0.6 --fix Kp_pass/mgh=0.2";
   CHECK(first_recording(of_first + " --json")["parameters"] == all["recordings"][0]["parameters"]);
+  // A mean over m g h within a range in N m/rad is within it for the sheet's bodies, or not for some.
+  const Result mixed = run_decid(call + " --range Kp=300,600 --prior Kp/mgh=1,0.05 --json");
+  CHECK(mixed.code == 2);
+  const Json of_mixed = Json::parse(mixed.out)["recordings"];
+  CHECK(!of_mixed[0].contains("error"));
+  CHECK(of_mixed[1].contains("error"));
+  check_refused(
+      "fit --quiet" + with_brief_protocol(folder) + folder / "a.csv" + " --range Kp=300,600 --prior Kp/mgh=1,0.05",
+      "--prior");
 }
 
 TEST_CASE("fit: controllers are compared, parameters fixed; a journal of other controllers is refused") {

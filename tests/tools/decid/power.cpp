@@ -61,6 +61,25 @@ TEST_CASE("decid/power: the JSON names its call, which computes it again") {
   CHECK(by_fit["inputs"][0]["file"] == folder / "tiny.json");
 }
 
+TEST_CASE("decid/power: means, ranges and m g h are those of the protocol's body") {
+  const Folder folder;
+  std::string heavy = brief_protocol;
+  heavy.insert(1, R"("body": {"participant": {"mass_kg": 100, "height_m": 1.9}}, )");
+  const std::string protocol = "--protocol " + write_text(folder / "heavy.json", heavy).string();
+  const Json found = run_json("power --json --quiet --by fit --recordings 8 --at Kp/mgh=1 --difference Kp/mgh=-0.15 " +
+                              protocol),
+             &kp = found["parameters"][0];
+  const Json designed = run_json("design --json --quiet --draws 8 --at Kp/mgh=1 " + protocol);
+  CHECK(kp["mean"] == designed["parameters"][0]["at"]);
+  CHECK(kp["mean"].get<double>() > 990.0);  // the default body's m g h is 839 N m/rad
+  CHECK(near(kp["difference"].get<double>(), -0.15 * kp["mean"].get<double>(), 1e-9));
+  // A light body's range ends below the default body's middle.
+  std::string light = brief_protocol;
+  light.insert(1, R"("body": {"participant": {"mass_kg": 35, "height_m": 1.4}}, )");
+  run_ok("power --quiet --by fit --recordings 8 --at Kp=250 --difference Kp=-30 --protocol " +
+         write_text(folder / "light.json", light).string());
+}
+
 TEST_CASE("decid/power: recordings are simulated where their standard deviation is unknown") {
   const Json found = run_json("power --difference delay=0.02 --recordings 20 --sensor-noise 0.02 --json");
   const double sd = found["parameters"][0]["measurement_sd"].get<double>();

@@ -37,6 +37,7 @@ struct DesignOptions {
 
 /// A protocol of the table.
 struct Planned {
+  std::string option;  ///< as --protocol names it
   std::string name;
   sim::Protocol protocol;
   double peak_to_peak_deg = 0.0;
@@ -76,13 +77,13 @@ std::vector<Planned> planned_protocols(const DesignOptions& options, std::vector
                   same->second == name ? "gives " + name + " twice"
                                        : "gives " + same->second + " and " + name + ", which are one protocol",
                   "give it once");
-    std::vector<Planned> variants{{protocol.name, protocol}};
+    std::vector<Planned> variants{{name, protocol.name, protocol}};
     const auto vary = [&](const std::vector<double>& values, const char* unit, auto make) {
       if (values.empty()) return;
       std::vector<Planned> next;
       for (const Planned& one : variants)
         for (const double value : values)
-          next.push_back({one.name + ", " + shown(value) + unit, make(one.protocol, value)});
+          next.push_back({name, one.name + ", " + shown(value) + unit, make(one.protocol, value)});
       variants = std::move(next);
     };
     vary(options.amplitudes_deg, " deg", posterior::with_peak_to_peak);
@@ -103,7 +104,7 @@ void require_same_controller(const std::vector<Planned>& all) {
   for (const Planned& one : all)
     if (one.protocol.experiment.body_model != all.front().protocol.experiment.body_model)
       throw Error(Code::setting_conflict, "--protocol",
-                  "'" + one.name + "' has another controller than '" + all.front().name + "'",
+                  "'" + one.option + "' has another controller than '" + all.front().option + "'",
                   "give protocols of one controller, or --controller");
 }
 
@@ -116,8 +117,8 @@ void refuse_other_bodies(const DesignOptions& options, const std::vector<Planned
   for (const Planned& one : all)
     if (one.protocol.experiment.body.mgh() != all.front().protocol.experiment.body.mgh())
       throw Error(Code::setting_conflict, "--protocol",
-                  "'" + one.name + "' has another body than '" + all.front().name + "'",
-                  "give protocols of one body, or values in N m/rad");
+                  "'" + one.option + "' has another body than '" + all.front().option + "'",
+                  "give protocols of one body, --mass and --height, or values in N m/rad");
 }
 
 Json design_json(const DesignOptions& options, const std::vector<Planned>& all, const sim::ParameterTable& table) {

@@ -170,7 +170,8 @@ void set_controllers(FitOptions& options, const std::vector<const sim::BodyModel
                      sim::Protocol protocol) {
   for (const sim::BodyModel* controller : controllers) {
     protocol.experiment.body_model = controller;
-    std::vector<posterior::ParameterPrior> priors = parameter_priors(options.priors, protocol, controllers);
+    std::vector<posterior::ParameterPrior> priors =
+        parameter_priors(options.priors, protocol, controllers, !options.recordings.study.empty());
     if (controller == controllers.front())
       options.request.priors.parameters = std::move(priors);
     else

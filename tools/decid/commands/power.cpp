@@ -50,20 +50,26 @@ struct PowerRow {
   std::size_t trials_needed;  ///< with the given number of participants; 0: as above
 };
 
-/// Returns the spread of the recordings' values: the network's, or decid fit's. files: receives the names of the files
-/// that were read.
-cohort::ValueSpread spread_of(const PowerOptions& options, const Model& model, const cohort::PlannedGroups& groups,
-                              std::vector<std::string>& files) {
-  sim::Protocol protocol = model.protocol;
-  if (options.by == "network") {
-    set_sensor_noise(protocol, options.sensor_noise_deg);
-    return cohort::spread_of_network(model, protocol, groups, options.recordings / 4, options.seed);
-  }
-  if (!options.protocol.empty()) protocol = read_protocol(options.protocol, options.common.quiet, &files);
+/// Returns the protocol of the study: --protocol, or the model's. files: receives the names of the files that were
+/// read.
+sim::Protocol study_protocol(const PowerOptions& options, const Model& model, std::vector<std::string>& files) {
+  if (options.protocol.empty()) return model.protocol;
+  if (options.by == "network")
+    throw Error(Code::setting_conflict, "--protocol", "is for --by fit: a network reads its own protocol",
+                "add --by fit, or leave it out");
+  sim::Protocol protocol = read_protocol(options.protocol, options.common.quiet, &files);
   if (protocol.experiment.body_model != model.protocol.experiment.body_model)
     throw Error(Code::setting_conflict, "--protocol", "has another controller than the model",
                 "give a protocol of the model's controller");
+  return protocol;
+}
+
+/// Returns the spread of the recordings' values: the network's, or decid fit's.
+cohort::ValueSpread spread_of(const PowerOptions& options, const Model& model, sim::Protocol protocol,
+                              const cohort::PlannedGroups& groups) {
   set_sensor_noise(protocol, options.sensor_noise_deg);
+  if (options.by == "network")
+    return cohort::spread_of_network(model, protocol, groups, options.recordings / 4, options.seed);
   const sim::SensorNoise& sensor = protocol.noise.sensor;
   const double noise_deg =
       options.sensor_noise_deg.empty() ? default_noise_deg : std::sqrt(sensor.low_deg * sensor.high_deg);
@@ -136,9 +142,9 @@ void refuse_unused_options(const PowerOptions& options, const PowerValues& value
 }
 
 /// Returns the options' values, with defaults for those that are not given. Throws Error for an impossible value.
-PowerValues read_options(const PowerOptions& options, const Model& model, const Command& command) {
-  const sim::ParameterTable& table = model.parameters();
-  const double mgh_nm_rad = model.protocol.experiment.body.mgh();
+PowerValues read_options(const PowerOptions& options, const sim::Protocol& protocol, const Command& command) {
+  const sim::ParameterTable table = protocol.ranges();
+  const double mgh_nm_rad = protocol.experiment.body.mgh();
   const sim::Parameters none(table.size());
   PowerValues values{table.middle(), none, none, none, none, none, {}, {}, {}, {}, {}, {}, false};
   std::vector<bool> percent_at, percent_difference;
@@ -182,11 +188,12 @@ PowerValues read_options(const PowerOptions& options, const Model& model, const 
   return values;
 }
 
-/// Returns a row for each parameter with a difference. files: as spread_of() takes it.
+/// Returns a row for each parameter with a difference.
 std::vector<PowerRow> power_rows(const PowerOptions& options, const PowerValues& values, const Model& model,
-                                 std::vector<std::string>& files) {
+                                 const sim::Protocol& protocol) {
   cohort::ValueSpread spread;
-  if (values.simulates) spread = spread_of(options, model, {values.at, values.difference, values.participant}, files);
+  if (values.simulates)
+    spread = spread_of(options, model, protocol, {values.at, values.difference, values.participant});
   const double significance = 0.05 / options.intervals;  // Bonferroni
   std::vector<PowerRow> rows;
   for (std::size_t p = 0; p < values.at.size(); ++p) {
@@ -263,13 +270,11 @@ std::string power_text(const PowerOptions& options, const std::vector<PowerRow>&
 }
 
 void run_power(const PowerOptions& options, const Command& command) {
-  if (options.by == "network" && !options.protocol.empty())
-    throw Error(Code::setting_conflict, "--protocol", "is for --by fit: a network reads its own protocol",
-                "add --by fit, or leave it out");
   const Model model = model_or_built_in(options.model);
-  const PowerValues values = read_options(options, model, command);
   std::vector<std::string> inputs{options.model};
-  const std::vector<PowerRow> rows = power_rows(options, values, model, inputs);
+  const sim::Protocol protocol = study_protocol(options, model, inputs);
+  const PowerValues values = read_options(options, protocol, command);
+  const std::vector<PowerRow> rows = power_rows(options, values, model, protocol);
   const int people = simulated_people(options, values);
   if (!options.common.json) {
     std::cout << power_text(options, rows, people);
