@@ -1,5 +1,6 @@
-# How tests are entered in CTest: each case of doctest and each script is an entry of its own, has a label, the folder
-# below tests/ that it stands in, and a time limit. `ctest -L sim` runs a folder, `-LE "slow|long"` what takes less than 5 s.
+# How tests are entered in CTest: each case of doctest (but see decid_test) and each script is an entry of its own, has a
+# label, the folder below tests/ that it stands in, and a time limit. `ctest -L sim` runs a folder, `-LE "slow|long"` what
+# takes less than 5 s.
 
 # Seconds after which a test has failed: a machine may be busy, but not that busy.
 set(DECID_TEST_LIMIT_S 120)
@@ -88,8 +89,9 @@ function(decid_test_batches result name)
 endfunction()
 
 # decid_test(name sources...): doctest program test_<name>, an entry "folder/file: case" for each of its cases, found
-# when it has been built. A suite is a second label, TEST_CASE(".." * doctest::test_suite("slow")): "slow" for a case that
-# takes more than 5 s, "long" for one that only tools/check --long runs, "golden" for bits that every build must have.
+# when it has been built. With the address sanitizer, the cases of a file that have no suite are one entry. A suite is a
+# second label, TEST_CASE(".." * doctest::test_suite("slow")): "slow" for a case that takes more than 5 s, "long" for one
+# that only tools/check --long runs, "golden" for bits that every build must have.
 function(decid_test name)
   if(NOT TARGET decid_test_main)
     add_library(decid_test_main OBJECT ${PROJECT_SOURCE_DIR}/tests/main.cpp)

@@ -267,7 +267,8 @@ DECID_API void decid_identify_defaults(decid_identify_options* options, size_t s
 DECID_API decid_status decid_identify(const decid_model* model, const decid_recording* recording,
                                       const decid_identify_options* options, decid_result** result);
 
-/* The prior of a parameter, in its unit, or over the body's m g h if the name ends in "/mgh": "Kp/mgh". */
+/* The prior of a parameter, in its unit, or over the body's m g h if the name ends in "/mgh": "Kp/mgh". A parameter may
+   have two entries, one with its range and one with its normal prior: "Kp" in N m/rad and "Kp/mgh". */
 typedef struct decid_parameter_prior {
   const char* name; /* as in decid_parameter; "/mgh" only if scales_with_mgh */
   double low, high; /* its range; both NaN: the model's */

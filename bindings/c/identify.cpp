@@ -196,9 +196,11 @@ std::vector<decid::posterior::ParameterPrior> parameter_priors(const decid_fit_o
     const decid::posterior::PriorName name(&given(of.name, where, "parameter_priors.name"));
     const bool has_range = !std::isnan(of.low) || !std::isnan(of.high),
                has_normal = !std::isnan(of.mean) || !std::isnan(of.sd);
-    // A range in SI units and a normal prior over m g h have two names, and are of one parameter.
+    // A range in SI units and a normal prior over m g h have two names, and are of one parameter. Any other second
+    // entry of a parameter stays separate, and the fit refuses it.
     const auto other = std::ranges::find_if(priors, [&](const decid::posterior::ParameterPrior& one) {
-      return one.name == name.parameter && !(one.range && has_range) && !(one.normal && has_normal);
+      return has_range != has_normal && one.name == name.parameter && one.range.has_value() == has_normal &&
+             one.normal.has_value() == has_range;
     });
     decid::posterior::ParameterPrior& prior = other != priors.end() ? *other : priors.emplace_back();
     prior.name = name.parameter;

@@ -9,7 +9,7 @@
 %   "prior_noise"           centre of the measurement noise's prior in degrees, two thirds within a factor of 20
 %   "ranges"                where parameters may lie: struct ("delay", [0.05 0.2])
 %   "priors"                normal distributions within the ranges, mean and standard deviation: struct ("delay", [0.12 0.02]).
-%                           Over the body's m g h, in Octave: struct ("Kp/mgh", [1.0 0.2])
+%                           Both also over the body's m g h, in Octave only: struct ("Kp/mgh", [1.0 0.2])
 %   "moved_before"          true: the platform played the cycle's end before the recording
 %   "max_draws"             of each chain, 8 or more
 %   "seed"                  of the chains

@@ -94,13 +94,12 @@ void apply(CommonOptions& options, const Command& command) {
   share_processors();
   if (options.threads > 0) omp_set_num_threads(options.threads);
   options.quiet = options.quiet || !is_root();
-  const std::vector<std::string> outputs = output_options();
-  const auto printed = std::ranges::find_if(
-      outputs, [&](const std::string& option) { return is_standard_output(command.value(option)); });
+  const auto outputs = command.outputs();
+  const auto printed = std::ranges::find_if(outputs, [](const auto& one) { return is_standard_output(one.second); });
   if (printed == outputs.end()) return;
   if (options.json)
-    throw Error(Code::setting_conflict, "--json", "prints on the standard output, to which " + *printed + " writes",
-                "leave one of them out");
+    throw Error(Code::setting_conflict, "--json",
+                "prints on the standard output, to which " + printed->first + " writes", "leave one of them out");
   print_nothing();
 }
 
@@ -144,7 +143,7 @@ Option add_output_option(const Command& command, const std::string& names, std::
   std::istringstream stream(names);
   for (std::string name; std::getline(stream, name, ',');) added_outputs().insert(name);
   const auto check = [written](std::string& text) { return what_is_wrong(text, written); };
-  return command.add_option(names, output, description).rewritten(check, "").section("Output").unrecorded();
+  return command.add_option(names, output, description).rewritten(check, "").section("Output").unrecorded().output();
 }
 
 void make_output_folder(const std::filesystem::path& folder) {

@@ -75,7 +75,7 @@ enum class Written { json, csv, table, npz, draws, html, svg, safetensors, onnx,
 Option add_output_option(const Command& command, const std::string& names, std::string& output, Written written,
                          const std::string& description);
 
-/// Returns the names of all options that add_output_option() added, such as "-o" and "--output".
+/// Returns the names of all options that add_output_option() added to any command, such as "-o" and "--output".
 std::vector<std::string> output_options();
 
 /// Creates the output folder if it is missing. Throws Error if the path is not a folder or decid cannot create it. The

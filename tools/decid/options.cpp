@@ -43,6 +43,17 @@ std::string message_of(const CLI::ParseError& error) {
   return text.substr(begin.size(), equals - begin.size()) + ": " + text.substr(equals + 3) + " is not a valid number";
 }
 
+/// The name of a check that accepts everything and marks an option as an output.
+constexpr const char* output_mark = "output";
+
+bool is_output(CLI::Option& option) {
+  try {
+    return option.get_validator(output_mark) != nullptr;
+  } catch (const CLI::OptionNotFound&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 Option& Option::required() {
@@ -102,6 +113,11 @@ Option& Option::excludes(const Option& other) {
 
 Option& Option::unrecorded() {
   option_->configurable(false);  // CLI11's mark of options that it leaves out of a saved configuration
+  return *this;
+}
+
+Option& Option::output() {
+  option_->check(CLI::Validator(""), output_mark);
   return *this;
 }
 
@@ -183,9 +199,11 @@ std::string Command::name() const {
   return app_->get_name();
 }
 
-std::string Command::value(const std::string& option) const {
-  const CLI::Option* const found = app_->get_option_no_throw(option);
-  return found == nullptr || found->count() == 0 ? std::string() : found->results().back();
+std::vector<std::pair<std::string, std::string>> Command::outputs() const {
+  std::vector<std::pair<std::string, std::string>> all;
+  for (CLI::Option* option : app_->get_options())
+    if (option->count() > 0 && is_output(*option)) all.emplace_back(option->get_name(), option->results().back());
+  return all;
 }
 
 std::size_t Command::count(const std::string& option) const {

@@ -47,6 +47,8 @@ class Option {
   /// Leaves the option out of Command::given() and Command::arguments(): no output's content depends on it, or the
   /// call's record has its values elsewhere.
   Option& unrecorded();
+  /// Marks the option as the name of an output file or folder, for Command::outputs().
+  Option& output();
   /// Shows the option under this heading of the help, instead of its command's section.
   Option& section(const std::string& heading);
 
@@ -81,8 +83,8 @@ class Command {
   /// Returns the given recorded options as arguments of a later call: "--option=value", "--flag".
   std::vector<std::string> arguments() const;
   std::string name() const;
-  /// Returns the value that an option was given last; empty if it was not given, or is none of this command.
-  std::string value(const std::string& option) const;
+  /// Returns the name and the last value of each given option of Option::output(). Call it in a callback.
+  std::vector<std::pair<std::string, std::string>> outputs() const;
   /// Returns how often an option was given. Call it in a callback.
   std::size_t count(const std::string& option) const;
 

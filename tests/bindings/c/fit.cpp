@@ -1,6 +1,7 @@
 // Fits through C: the draws of the library, progress, and stopping. test_package.py compares each option with the
 // program's.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -215,6 +216,21 @@ TEST_CASE("a fit refuses priors out of their bounds") {
   refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_unknown, "Kq");
   prior = {"Kp", 2.0, 1.0, unknown, unknown};
   refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, "Kp");
+  const decid_parameter_prior range{"Kp", 300.0, 2000.0, unknown, unknown},
+      normal{"Kp/mgh", unknown, unknown, 1.0, 0.2}, both{"Kp", 300.0, 2000.0, 900.0, 100.0},
+      nothing{"Kp", unknown, unknown, unknown, unknown};
+  options.parameter_prior_count = 2;
+  for (const std::array<decid_parameter_prior, 2>& twice : {std::array{range, nothing},
+                                                            {nothing, range},
+                                                            {normal, nothing},
+                                                            {nothing, nothing},
+                                                            {range, range},
+                                                            {both, normal}}) {
+    options.parameter_priors = twice.data();
+    refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_conflict, "Kp");
+  }
+  options.parameter_priors = &prior;
+  options.parameter_prior_count = 1;
   prior = {nullptr, 1.0, 2.0, unknown, unknown};
   refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_missing);
   prior = {"Kp", 300.0, 2000.0, 1000.0, 0.0};

@@ -306,7 +306,7 @@ TEST_CASE("cohort: 200 studies, network, Kp and delay differ" * doctest::test_su
 // decid power for the network's values, against t-tests of other simulated studies. 4,000 studies of 12 and 12 and
 // 2,400 of 20 and 20 have a standard error of 1.0 points at most, the prediction from 16,000 recordings one of 0.8, so
 // the bound is 2.3 standard deviations or more. decid power simulates 2,000 recordings by default, whose prediction has
-// a standard error of 2.3 points. docs/guide/groups.md has the figures.
+// a standard error of 2.3 points. docs/guide/design.md has the figures.
 TEST_CASE("cohort: predicted power of the network's values" * doctest::test_suite("long")) {
   const decid::Model model = decid::built_in_model();
   const decid::sim::ParameterTable& table = model.parameters();

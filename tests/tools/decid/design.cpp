@@ -27,6 +27,13 @@ TEST_CASE("decid/design: a larger and a longer stimulus tell more") {
   CHECK(near(mean, variance(0), 1e-9));
 }
 
+TEST_CASE("decid/design: the text goes to a file with the name of a value, here the number of people") {
+  const Folder folder;
+  const std::string protocol = write_text(folder / "tiny.json", brief_protocol).string();
+  run_decid("design --protocol " + protocol + " --draws 8 >8; true", "cd " + (folder / "") + " && ");
+  CHECK(contains(read_text(folder / "8"), "Kp"));
+}
+
 TEST_CASE("decid/design: the JSON names its call, which computes it again from the same protocol only") {
   const Folder folder;
   const std::string protocol = write_text(folder / "tiny.json", brief_protocol).string(), saved = folder / "d.json";

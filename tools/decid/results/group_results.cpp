@@ -105,7 +105,7 @@ std::string reason_text(const std::string& reason) {
   if (reason == "few_draws") return "has fewer than 16 draws";
   if (reason == "other_ranges")
     return "its ranges relative to m g h differ from the first recording's: the same range in N m/rad is another one "
-           "for each body";
+           "for each body; give the range over m g h: --range Kp/mgh=LOW,HIGH";
   if (reason == "narrow_prior") return "its normal prior is narrower than the information of the recording";
   return "its draws do not vary in every parameter";
 }
