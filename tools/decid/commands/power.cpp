@@ -308,20 +308,24 @@ void add_power(const Command& program) {
       .add_option("--participant-sd", options->participant_sd,
                   "Set the standard deviation between participants: NAME=VALUE, or as a percentage of the mean; "
                   "default: an eighth of the range")
-      .repeatable();
+      .repeatable()
+      .shown_as("NAME[/mgh]=VALUE");
   command
       .add_option(
           "--visit-sd", options->visit_sd,
           "Set a participant's standard deviation from visit to visit, with --paired; default: a 24th of the range")
-      .repeatable();
+      .repeatable()
+      .shown_as("NAME[/mgh]=VALUE");
   command
       .add_option("--trial-sd", options->trial_sd,
                   "Set a participant's standard deviation from trial to trial; default: 0")
-      .repeatable();
+      .repeatable()
+      .shown_as("NAME[/mgh]=VALUE");
   command
       .add_option("--measurement-sd", options->measurement_sd,
                   "Set the standard deviation of one recording's estimate; default: simulated or predicted, see --by")
-      .repeatable();
+      .repeatable()
+      .shown_as("NAME[/mgh]=VALUE");
   command.section("Study");
   command
       .add_option("--participants", options->participants,
