@@ -43,12 +43,13 @@ Prediction predict(const std::vector<double>& signal, const std::vector<double>&
   std::vector<Row<with_tilt>> rows;  // of the blocks from own_lags
   rows.reserve(blocks);
   for (std::size_t k = own_lags; k < blocks; ++k) {
-    const Row<with_tilt>& row = rows.emplace_back(regressors(signal, tilt, first, k));
+    const Row<with_tilt> row = regressors(signal, tilt, first, k);
     for (std::size_t i = 0; i < with_tilt; ++i) {
       right[i] += row[i] * signal[k];
       for (std::size_t j = 0; j <= i; ++j) left[i][j] += row[i] * row[j];
     }
     squares += signal[k] * signal[k];
+    rows.push_back(row);
   }
   Row<with_tilt> fitted = right;
   solve(left, fitted);
