@@ -8,7 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/number.hpp"
-#include "posterior/density/priors.hpp"
+#include "tools/decid/prior_texts.hpp"
 
 namespace decid::tools {
 namespace {
@@ -33,22 +33,21 @@ std::vector<bool> read_named_values(const std::string& option, const std::vector
   std::vector<bool> given(table.size(), false);
   if (percent != nullptr) percent->assign(table.size(), false);
   for (const std::string& text : texts) {
-    const std::size_t equals = text.find('=');
-    const posterior::PriorName named(text.substr(0, equals));
-    const std::string name = named.parameter;
+    const NamedText named(text);
+    const std::string& name = named.name.parameter;
     const auto info = std::ranges::find_if(
         table, [&](const sim::ParameterInfo& one) { return one.name == name || one.option == name; });
-    if (equals == std::string::npos || info == table.end())
+    if (!named.value || info == table.end())
       throw Error(Code::setting_unknown, option, "'" + text + "' names no parameter",
                   "give NAME=VALUE, such as delay=0.02 or Kp=-15%");
     const auto p = static_cast<std::size_t>(std::distance(table.begin(), info));
     if (given[p]) throw Error(Code::setting_conflict, option, "gives " + info->name + " twice", "give it once");
-    if (named.over_mgh && (!info->scales_with_mgh || text.ends_with('%')))
+    if (named.name.over_mgh && (!info->scales_with_mgh || text.ends_with('%')))
       throw Error(Code::setting_conflict, option,
                   "'" + text + "' is over m g h, but " +
                       (text.ends_with('%') ? "per cent are of the mean" : info->name + " does not scale with it"),
                   "leave out /mgh");
-    values[p] = (named.over_mgh ? mgh_nm_rad : 1.0) * number_of(option, text.substr(equals + 1), reference[p]);
+    values[p] = (named.name.over_mgh ? mgh_nm_rad : 1.0) * number_of(option, *named.value, reference[p]);
     given[p] = true;
     if (percent != nullptr) (*percent)[p] = text.ends_with('%');
   }

@@ -2,10 +2,10 @@
 #include "tools/decid/prior_texts.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "identify/compared_controllers.hpp"
 #include "identify/study/joint_groups.hpp"
 
@@ -19,16 +19,15 @@ struct NamedNumbers {
     const auto fail = [&](const std::string& problem) {
       throw Error(Code::setting_malformed, option, problem, std::string("give ") + form);
     };
-    const std::size_t equals = text.find('=');
-    if (equals == std::string::npos) fail("'" + text + "' is not " + form);
-    const posterior::PriorName named(text.substr(0, equals));
-    name = named.parameter;
-    over_mgh = named.over_mgh;
-    for (std::size_t begin = equals + 1; begin <= text.size();) {
-      const std::size_t end = std::min(text.find(',', begin), text.size());
-      const auto [last, error] = std::from_chars(text.data() + begin, text.data() + end, numbers.emplace_back());
-      if (error != std::errc() || last != text.data() + end || !std::isfinite(numbers.back()))
-        fail("'" + text.substr(begin, end - begin) + "' is not a number");
+    const NamedText named(text);
+    if (!named.value) fail("'" + text + "' is not " + form);
+    name = named.name.parameter;
+    over_mgh = named.name.over_mgh;
+    for (std::size_t begin = 0; begin <= named.value->size();) {
+      const std::size_t end = std::min(named.value->find(',', begin), named.value->size());
+      const std::string number = named.value->substr(begin, end - begin);
+      numbers.push_back(number_from<double>(number).value_or(NAN));
+      if (!std::isfinite(numbers.back())) fail("'" + number + "' is not a number");
       begin = end + 1;
     }
     if (numbers.size() != count) fail("'" + text + "' is not " + form);
@@ -105,13 +104,16 @@ std::vector<posterior::ParameterPrior> priors_of(const PriorTexts& texts, const 
 PriorTexts for_controller(PriorTexts texts, const sim::BodyModel& controller,
                           const std::vector<const sim::BodyModel*>& all) {
   for (auto* list : {&texts.ranges, &texts.normals, &texts.fixed})
-    std::erase_if(*list, [&](const std::string& text) {
-      return is_of_another(posterior::PriorName(text.substr(0, text.find('='))).parameter, controller, all);
-    });
+    std::erase_if(
+        *list, [&](const std::string& text) { return is_of_another(NamedText(text).name.parameter, controller, all); });
   return texts;
 }
 
 }  // namespace
+
+NamedText::NamedText(const std::string& text) : name(text.substr(0, text.find('='))) {
+  if (const std::size_t equals = text.find('='); equals != std::string::npos) value = text.substr(equals + 1);
+}
 
 void add_prior_options(const Command& command, PriorTexts& priors) {
   command

@@ -1,6 +1,7 @@
 // The options --range, --prior and --fix: priors of a controller's parameters.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,13 @@
 #include "tools/decid/command.hpp"
 
 namespace decid::tools {
+
+/// An option's text for a parameter: NAME=VALUE, or NAME/mgh=VALUE over the body's m g h.
+struct NamedText {
+  explicit NamedText(const std::string& text);
+  posterior::PriorName name;
+  std::optional<std::string> value;  ///< empty: the text has no =
+};
 
 /// Texts of --range, --prior and --fix: NAME=LOW,HIGH, NAME=MEAN,SD and NAME=VALUE. NAME/mgh has values over m g h.
 struct PriorTexts {

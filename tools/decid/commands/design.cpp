@@ -14,6 +14,7 @@
 #include "sim/protocol/protocol_json.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/named_values.hpp"
+#include "tools/decid/prior_texts.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/recording_flags.hpp"
 #include "tools/decid/results/results.hpp"
@@ -110,9 +111,7 @@ void require_same_controller(const std::vector<Planned>& all) {
 
 /// Throws Error for values over m g h if the protocols have several bodies: a parameter has one value in a call.
 void refuse_other_bodies(const DesignOptions& options, const std::vector<Planned>& all) {
-  const auto over_mgh = [](const std::string& text) {
-    return posterior::PriorName(text.substr(0, text.find('='))).over_mgh;
-  };
+  const auto over_mgh = [](const std::string& text) { return NamedText(text).name.over_mgh; };
   if (std::ranges::none_of(options.at, over_mgh) && std::ranges::none_of(options.fixed, over_mgh)) return;
   for (const Planned& one : all)
     if (one.protocol.experiment.body.mgh() != all.front().protocol.experiment.body.mgh())
