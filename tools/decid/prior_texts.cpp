@@ -38,25 +38,29 @@ struct NamedNumbers {
   std::vector<double> numbers;
 };
 
-/// Throws Error naming the option for priors that the protocol's body cannot have.
-void check_priors(const std::vector<posterior::ParameterPrior>& all, const sim::Protocol& protocol) {
+/// Throws Error naming the option for a prior that the protocol's body cannot have. is_over_mgh: the option's value is
+/// over m g h.
+void check_option(const posterior::ParameterPrior& prior, const char* option, bool is_over_mgh,
+                  const sim::Protocol& protocol) {
   try {
-    static_cast<void>(posterior::ranges_for(posterior::in_si_units({.parameters = all}, protocol), protocol.ranges()));
+    static_cast<void>(
+        posterior::ranges_for(posterior::in_si_units({.parameters = {prior}}, protocol), protocol.ranges()));
   } catch (const Error& error) {
-    const auto prior = std::ranges::find_if(
-        all, [&](const posterior::ParameterPrior& one) { return error.where().ends_with(" " + one.name); });
-    const bool is_known = prior != all.end(), of_range = error.where().starts_with("range");
-    const bool fixes = is_known && prior->fixed, of_prior = !of_range && !fixes;
-    const bool over_mgh = is_known && ((of_range && prior->over_mgh.range) || (fixes && prior->over_mgh.fixed) ||
-                                       (of_prior && prior->over_mgh.normal));
-    throw Error(error.code(),
-                of_range ? "--range"
-                : fixes  ? "--fix"
-                         : "--prior",
-                error.where() + " " + error.problem(),
-                error.remedy() + (over_mgh && error.code() == Code::setting_out_of_range
-                                      ? "; " + prior->name + "/mgh takes values over m g h"
-                                      : ""));
+    const bool is_hinted = is_over_mgh && error.code() == Code::setting_out_of_range;
+    throw Error(error.code(), option, error.where() + " " + error.problem(),
+                error.remedy() + (is_hinted ? "; " + prior.name + "/mgh takes values over m g h" : ""));
+  }
+}
+
+/// Throws Error naming the option for priors that the protocol's body cannot have. A range is valid or not by itself;
+/// --fix and --prior also depend on the parameter's other options.
+void check_priors(const std::vector<posterior::ParameterPrior>& all, const sim::Protocol& protocol) {
+  for (const posterior::ParameterPrior& prior : all) {
+    if (prior.range)
+      check_option({.name = prior.name, .range = prior.range, .over_mgh = {.range = prior.over_mgh.range}}, "--range",
+                   prior.over_mgh.range, protocol);
+    if (prior.fixed) check_option(prior, "--fix", prior.over_mgh.fixed, protocol);
+    if (prior.normal) check_option(prior, "--prior", prior.over_mgh.normal, protocol);
   }
 }
 
