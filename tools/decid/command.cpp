@@ -90,17 +90,17 @@ void add_common_options(const Command& command, CommonOptions& options, bool pri
     command.add_flag("--json", options.json, "Print one JSON object on standard output").section("Output").unrecorded();
 }
 
-void apply(CommonOptions& options, const Command& command) {
+std::optional<Silenced> apply(CommonOptions& options, const Command& command) {
   share_processors();
   if (options.threads > 0) omp_set_num_threads(options.threads);
   options.quiet = options.quiet || !is_root();
   const auto outputs = command.outputs();
   const auto printed = std::ranges::find_if(outputs, [](const auto& one) { return is_standard_output(one.second); });
-  if (printed == outputs.end()) return;
+  if (printed == outputs.end()) return {};
   if (options.json)
     throw Error(Code::setting_conflict, "--json",
                 "prints on the standard output, to which " + printed->first + " writes", "leave one of them out");
-  print_nothing();
+  return std::optional<Silenced>(std::in_place, std::cout);
 }
 
 void add_protocol_options(const Command& command, ProtocolOptions& options) {

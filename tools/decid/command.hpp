@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
 
 #include "sim/protocol/protocol.hpp"
 #include "tools/decid/options.hpp"
+#include "tools/decid/ranks.hpp"
 
 namespace decid::tools {
 
@@ -22,14 +24,14 @@ struct CommonOptions {
 /// Adds --threads, --quiet and, for commands that print figures, --json.
 void add_common_options(const Command& command, CommonOptions& options, bool prints_figures);
 /// Applies --threads. With several ranks, only rank 0 prints. If an output option names the standard output, the
-/// command prints no text there; throws Error for --json beside it.
-void apply(CommonOptions& options, const Command& command);
+/// command prints no text there while the returned object lives; throws Error for --json beside it.
+[[nodiscard]] std::optional<Silenced> apply(CommonOptions& options, const Command& command);
 /// Adds the common options, and sets the command's work: run(options, command) or run(options).
 template <class Options, class Run>
 void run_with(const Command& command, const std::shared_ptr<Options>& options, bool prints_figures, Run run) {
   add_common_options(command, options->common, prints_figures);
   command.callback([=] {
-    apply(options->common, command);
+    const std::optional<Silenced> silenced = apply(options->common, command);
     if constexpr (std::is_invocable_v<Run, Options&, const Command&>)
       run(*options, command);
     else

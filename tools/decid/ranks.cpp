@@ -134,8 +134,10 @@ std::string listed(const std::vector<std::string>& files) {
   return text;
 }
 
-void print_nothing() {
-  std::cout.rdbuf(&nowhere);
+Silenced::Silenced(std::ostream& stream) : stream_(stream), before_(stream.rdbuf(&nowhere)) {}
+
+Silenced::~Silenced() {
+  stream_.rdbuf(before_);
 }
 
 Session::Session(int argc, char** argv) : argc_(argc), argv_(argv) {
@@ -144,8 +146,8 @@ Session::Session(int argc, char** argv) : argc_(argc), argv_(argv) {
   world = mpi::start();
   if (ranks() == nullptr) return;
   if (!is_root()) {
-    print_nothing();
-    std::clog.rdbuf(&nowhere);
+    output_.emplace(std::cout);
+    log_.emplace(std::clog);
   }
 #endif
 }

@@ -5,7 +5,9 @@
 
 #include <cstddef>
 #include <functional>
+#include <iosfwd>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,8 +21,20 @@ namespace decid::tools {
 Communicator* ranks();
 /// Returns true at the rank that prints and writes.
 bool is_root();
-/// Discards what this process prints on standard output from now on.
-void print_nothing();
+
+/// Discards what is written to a stream for its lifetime. Several may silence one stream if the last one ends first.
+class Silenced {
+ public:
+  explicit Silenced(std::ostream& stream);
+  ~Silenced();
+  Silenced(const Silenced&) = delete;
+  Silenced& operator=(const Silenced&) = delete;
+
+ private:
+  std::ostream& stream_;
+  std::streambuf* before_;
+};
+
 /// Sets the default number of threads of a process: all processors, or a part of them if other ranks run on the same
 /// machine.
 void share_processors();
@@ -51,6 +65,7 @@ class Session {
  private:
   int argc_;
   char** argv_;
+  std::optional<Silenced> output_, log_;  ///< of a rank that prints nothing
 };
 
 /// Returns rank 0's value at all ranks.

@@ -1,8 +1,13 @@
 // The command line as users and scripts rely on it: what each command writes, and that it is what it should be.
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iostream>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +16,7 @@
 #include "sim/protocol/protocol.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/ranks.hpp"
 
 using namespace decid::test;
 using Json = nlohmann::json;
@@ -47,6 +53,59 @@ TEST_CASE("a weight or a height in another unit is refused with the value to giv
     CHECK(contains(message, "is not from"));
     CHECK_FALSE(contains(message, "give"));
   }
+}
+
+namespace {
+
+/// Writes this process's standard output to a file for its lifetime.
+class StandardOutput {
+ public:
+  explicit StandardOutput(const std::string& path) : before_(::dup(STDOUT_FILENO)) {
+    std::cout.flush();
+    const int file = ::open(path.c_str(), O_CREAT | O_RDWR, 0600);
+    REQUIRE((before_ >= 0 && file >= 0 && ::dup2(file, STDOUT_FILENO) >= 0));
+    ::close(file);
+  }
+  StandardOutput(const StandardOutput&) = delete;
+  StandardOutput& operator=(const StandardOutput&) = delete;
+  ~StandardOutput() {
+    ::dup2(before_, STDOUT_FILENO);
+    ::close(before_);
+  }
+
+ private:
+  int before_;
+};
+
+}  // namespace
+
+TEST_CASE("a command that writes to the standard output leaves it to the next command of the process") {
+  const Folder folder;
+  const decid::tools::Program program("decid", "", "");
+  decid::tools::add_stimulus(program.top());
+  std::string words[] = {"decid", "stimulus", "--quiet", "--write-protocol", "/dev/stdout"};
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  std::streambuf* const before = std::cout.rdbuf();
+  {
+    const StandardOutput redirected(folder / "out");
+    program.parse(static_cast<int>(arguments.size()), arguments.data());
+  }
+  std::streambuf* const after = std::cout.rdbuf(before);  // so that a failure is printed
+  CHECK(after == before);
+  CHECK(Json::parse(read_text(folder / "out")).is_object());
+}
+
+TEST_CASE("Silenced: discards a stream's output for its lifetime, also within another one") {
+  std::ostringstream stream;
+  {
+    const decid::tools::Silenced silenced(stream);
+    stream << "a";
+    { const decid::tools::Silenced again(stream); }
+    stream << "b";
+  }
+  stream << "c";
+  CHECK(stream.str() == "c");
 }
 
 #ifndef DECID_MPI
