@@ -9,7 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/setting.hpp"
-#include "recording/detail/clock.hpp"
+#include "recording/detail/even_samples.hpp"
 #include "recording/detail/find_clock.hpp"
 #include "recording/detail/separate_rows.hpp"
 #include "recording/detail/sway/read_sway.hpp"

@@ -1,16 +1,17 @@
-// Sample times: even and uneven time columns, lost samples, and gaps that are filled on request.
-// Not installed.
+// Sample times: even and uneven time columns, and lost samples. Not installed.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "base/sample_range.hpp"
 #include "recording/table/table.hpp"
 
 namespace decid::recording {
+
+/// In median steps. Steps within `even_step` are even. No clock makes a step that differs by more than `gross_step`
+/// from every whole number of median steps.
+inline constexpr double even_step = 0.01, gross_step = 0.3;
 
 /// Places of a recording's samples on an even grid of rate_hz; the first is at 0.
 struct Clock {
@@ -39,18 +40,5 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
 /// Returns the rows at which the times start again, as in a file of several recordings. Returns none if the times never
 /// start again or cannot be read. A single wrong time is not a start.
 std::vector<std::size_t> restarts(const Table& table, int column);
-
-/// Returns the values on the clock's even grid. Interpolates by cubics between four neighbours, and linearly next to
-/// gaps and between very close neighbours, where a cubic would swing with their noise. Returns NaN where a neighbour is
-/// missing or neighbours are farther apart than the clock's gap. Does not move times that are 1% of a sample off.
-std::vector<double> place_evenly(const std::vector<double>& values, const Clock& clock);
-
-/// Fills runs of NaN up to `longest_s`: linearly between their neighbours, at an end with the nearest value. A curve
-/// through neighbours would swing with the measurement noise. Throws Error for a longer run, with `place_of(first)`,
-/// its start, `name`, the number of runs and the longest, and if all values are missing. Adds the filled samples to
-/// `gaps`. Returns the text of a warning, empty if nothing was filled.
-std::string fill_gaps(std::vector<double>& values, double rate_hz, double longest_s, const std::string& name,
-                      const std::string& where, const std::function<std::string(std::size_t first)>& place_of,
-                      std::vector<SampleRange>& gaps);
 
 }  // namespace decid::recording

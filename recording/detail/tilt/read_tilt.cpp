@@ -10,7 +10,7 @@
 #include "base/math/statistics.hpp"
 #include "base/number.hpp"
 #include "base/setting.hpp"
-#include "recording/detail/clock.hpp"
+#include "recording/detail/even_samples.hpp"
 #include "recording/detail/sway/sway_name.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/detail/candidates.hpp"
