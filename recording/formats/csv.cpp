@@ -52,19 +52,6 @@ std::string with_short_lines(std::string text, const std::string& where) {
   return text;
 }
 
-/// Replaces Unicode's minus sign by a hyphen, which number parsers expect.
-std::string with_plain_minus(std::string text) {
-  constexpr std::string_view minus = "\xE2\x88\x92";
-  std::size_t at = text.find(minus);
-  if (at == text.npos) return text;
-  std::string plain = text.substr(0, at);
-  for (std::size_t begin = at; at != text.npos; at = text.find(minus, begin)) {
-    plain += text.substr(begin, at - begin) + "-";
-    begin = at + minus.size();
-  }
-  return plain + text.substr(text.rfind(minus) + minus.size());
-}
-
 /// Removes lines that hold only separators from the end, as spreadsheets write them.
 std::string without_empty_end(std::string text) {
   const std::size_t last = text.find_last_not_of(" \t\r\n;,");

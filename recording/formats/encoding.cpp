@@ -152,6 +152,18 @@ std::string with_plain_blanks(std::string text) {
   return plain;
 }
 
+std::string with_plain_minus(std::string text) {
+  constexpr std::string_view minus = "\xE2\x88\x92";
+  std::size_t at = text.find(minus);
+  if (at == text.npos) return text;
+  std::string plain = text.substr(0, at);
+  for (std::size_t begin = at; at != text.npos; at = text.find(minus, begin)) {
+    plain += text.substr(begin, at - begin) + "-";
+    begin = at + minus.size();
+  }
+  return plain + text.substr(text.rfind(minus) + minus.size());
+}
+
 std::string_view trim_all(std::string_view text) {
   const auto trim_of = [&](const auto& characters) {
     for (const std::string_view character : characters) {

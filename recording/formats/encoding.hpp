@@ -20,6 +20,9 @@ void append_utf8(std::string& text, std::uint32_t point);
 /// 000", is left out, except a plain one.
 std::string with_plain_blanks(std::string text);
 
+/// Returns UTF-8 with a hyphen, which number parsers expect, for Unicode's minus sign.
+std::string with_plain_minus(std::string text);
+
 /// Returns the text without blanks of any kind, tabs and characters of no width at its ends; those within stay.
 std::string_view trim_all(std::string_view text);
 

@@ -50,6 +50,11 @@ TEST_CASE("text in UTF-8, UTF-16 and Windows-1252 is the same text") {
   check_one_two_three("Zeit [s];sway [\xB0]\n0;1\n0,01;2\n0,02;3\n");
 }
 
+TEST_CASE("Unicode's minus signs are hyphens") {
+  CHECK(with_plain_minus("\u22121,2;\u2212\u22123\u2212") == "-1,2;--3-");
+  CHECK(with_plain_minus("1-2 \u2211") == "1-2 \u2211");
+}
+
 TEST_CASE("no-break blanks are blanks, and characters of no width are nothing") {
   CHECK(with_plain_blanks("a\u00A0b\u202Fc\u2009d") == "a b c d");
   CHECK(with_plain_blanks("\uFEFFa\u200Bb\u2060") == "ab");
