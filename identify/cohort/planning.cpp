@@ -95,6 +95,8 @@ Sums sums_of(const std::vector<ParticipantValues>& values, std::size_t p) {
 
 }  // namespace
 
+// The limit is not the one of posterior::mgh_hint(), which explains refusals: differences of a few SI units are
+// accepted without a note.
 std::string hint_of_unit(const sim::ParameterInfo& info, double value, double mgh_nm_rad) {
   if (!info.scales_with_mgh || value == 0.0 || !(std::abs(value) <= max_over_mgh)) return {};
   return format(" (%s is in %s: %g m g h is %.4g, or give %s/mgh)", info.name.c_str(), info.shown_unit().c_str(), value,

@@ -37,6 +37,8 @@ void check_fixed(const sim::ParameterInfo& info, double value) {
 
 }  // namespace
 
+// The limit is the one below which gains are refused, so that the hint says why. cohort::hint_of_unit() has another
+// one, because it also notes values that are accepted.
 std::string mgh_hint(const sim::ParameterInfo& info, double value) {
   if (!info.scales_with_mgh || !(std::abs(value) < info.high / max_range_factor)) return {};
   return format(" (%s is in %s; for values over m g h give %s%s)", info.name.c_str(), info.unit.c_str(),
