@@ -192,10 +192,13 @@ struct Fitter::NetworkAnswer {
 Fitter::NetworkAnswer Fitter::ask_network(RecordingResult& result) {
   if (!plan_->has_network()) return {};
   auto [answer, explanation] = plan_->ask_network(result.trial);
-  NetworkAnswer network{explanation.ood_score, std::move(explanation.unlike_training), {}, NetworkUse::beside};
   FitFigures& figures = *result.fit;
   figures.network = answer.parameters;
   const bool same_priors = report_.fit->priors.parameters.empty();  // as the network was trained with
+  NetworkAnswer network{explanation.ood_score,
+                        std::move(explanation.unlike_training),
+                        {},
+                        same_priors ? NetworkUse::beside : NetworkUse::none};
   if (same_priors && figures.posterior.chains_disagree()) {
     network.use = NetworkUse::answers;
     figures.answer = FitFigures::Answer::network;

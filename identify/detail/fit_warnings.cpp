@@ -23,8 +23,8 @@ constexpr std::size_t edges_of_invalid = 4, outermost_of_caution = 2;
 /// Standard error of the 5% quantile of N independent draws, in standard deviations, times the square root of N.
 constexpr double of_interval_end = 2.1;
 constexpr double slow_rhat = 1.2;  // of noise, start and gain
-/// Without a network: in 4 of 15 trials of `ic` between this and 1.5 a parameter is beyond 5 standard deviations, below
-/// it in 1 of 179 (docs/research/people.md).
+/// Without a network's answer: in 4 of 15 trials of `ic` between this and 1.5 a parameter is beyond 5 standard
+/// deviations, below it in 1 of 179 (docs/research/people.md).
 constexpr double max_lone_rhat = 1.1;
 constexpr double divergent_fraction = 0.05;
 /// White noise of this size per sample, in a block of 0.1 s, is about the model's own error.
