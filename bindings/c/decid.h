@@ -309,7 +309,7 @@ typedef enum decid_trust { DECID_USABLE = 0, DECID_WITH_CAUTION = 1, DECID_NOT_U
 typedef struct decid_parameter {
   const char* name;
   const char* unit;
-  double low, high; /* the range of training */
+  double low, high; /* the range: of training, or the one that the fit's parameter_priors give */
   double value, sd;
   double interval50[2], interval90[2];
   double normalized, normalized_interval90[2]; /* over m g h */
