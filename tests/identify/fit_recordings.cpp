@@ -127,6 +127,17 @@ TEST_CASE("recordings fitted together have the same parameters, but for those th
   CHECK(read[2].fit->posterior.mean(sim::Kp) == alone[2].fit->posterior.mean(sim::Kp));
 }
 
+TEST_CASE("a parameter that is free and fixed is refused, also one that is fixed by convention") {
+  FitRequest request = quick_request();
+  request.freed = {"Kp"};
+  (void)Fitter(nullptr, sines_protocol(), {}, request);
+  sim::Protocol conventional = sines_protocol();
+  conventional.experiment.body_model = &sim::dec2015();
+  check_error([&] { Fitter(nullptr, conventional, {}, request); }, Code::setting_conflict, "Kp");
+  request.priors.parameters.push_back({.name = "Kp", .fixed = 839.0});
+  check_error([&] { Fitter(nullptr, sines_protocol(), {}, request); }, Code::setting_conflict, "Kp");
+}
+
 TEST_CASE("recordings that cannot be fitted together each have the error") {
   const auto code_of = [](const FitRequest& request, const sim::Protocol& second) {
     std::vector<RecordingResult> read = of_one_participant();
