@@ -124,9 +124,23 @@ class Fitter::Plan {
   std::optional<Identifier> network_;
 };
 
+namespace {
+
+/// Throws Error for a parameter that differs between conditions and has a fixed value, which is the same in all.
+void refuse_freed_and_fixed(const FitRequest& request) {
+  for (const posterior::ParameterPrior& prior : request.priors.parameters)
+    if (prior.fixed && std::ranges::find(request.freed, prior.name) != request.freed.end())
+      throw Error(Code::setting_conflict, "joint posterior",
+                  "parameter '" + prior.name + format("' is fixed at %g in all conditions, and free", *prior.fixed),
+                  "do not free it, or let it be inferred");
+}
+
+}  // namespace
+
 Fitter::Fitter(const Model* model, sim::Protocol protocol, const std::optional<sim::Body>& body, FitRequest request) {
   if (body) protocol.experiment.body = *body;
   request.priors = posterior::with_conventions(std::move(request.priors), protocol.ranges());
+  refuse_freed_and_fixed(request);
   plan_ = std::make_unique<Plan>(model, protocol, request);
   const std::span<const float> tilt_rad = plan_->own.explainer.tilt_rad();
   report_.protocol = std::move(protocol);
@@ -192,10 +206,13 @@ struct Fitter::NetworkAnswer {
 Fitter::NetworkAnswer Fitter::ask_network(RecordingResult& result) {
   if (!plan_->has_network()) return {};
   auto [answer, explanation] = plan_->ask_network(result.trial);
-  NetworkAnswer network{explanation.ood_score, std::move(explanation.unlike_training), {}, NetworkUse::beside};
   FitFigures& figures = *result.fit;
   figures.network = answer.parameters;
   const bool same_priors = report_.fit->priors.parameters.empty();  // as the network was trained with
+  NetworkAnswer network{explanation.ood_score,
+                        std::move(explanation.unlike_training),
+                        {},
+                        same_priors ? NetworkUse::beside : NetworkUse::none};
   if (same_priors && figures.posterior.chains_disagree()) {
     network.use = NetworkUse::answers;
     figures.answer = FitFigures::Answer::network;

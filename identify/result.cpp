@@ -116,6 +116,7 @@ GroupReport report_groups(GroupTable table, const Report& report) {
   std::vector<GroupedRecording> participants;
   std::vector<cohort::Recording> members(report.recordings.size());
   std::map<std::string, const GroupMember*> cells;  // one of each
+  cohort::FirstOfJoint is_first;
   for (std::size_t i = 0; i < report.recordings.size(); ++i) {
     const GroupMember& member = made.table.members[i];
     if (member.group.empty()) continue;
@@ -123,8 +124,9 @@ GroupReport report_groups(GroupTable table, const Report& report) {
     GroupedRecording& one = participants.emplace_back(GroupedRecording{member.cell(), member.participant, {}});
     cells.emplace(one.group, &member);
     if (!made.left_out[i].empty()) continue;
-    for (const std::size_t p : places)
-      one.values.push_back(scale_to(made.mgh_nm_rad, report, report.recordings[i], p) * values[p]);
+    if (is_first(report.recordings[i]))
+      for (const std::size_t p : places)
+        one.values.push_back(scale_to(made.mgh_nm_rad, report, report.recordings[i], p) * values[p]);
     members[i] = {member.participant, member.session, member.group, member.condition, member.covariates, {}};
   }
   const auto differ_in_one = [&](const std::string& first, const std::string& second) {

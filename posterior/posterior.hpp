@@ -4,7 +4,7 @@
 //   const posterior::Posterior found = posterior::sample(density, density.observe(sway_rad), {});
 //   if (found.agreed()) use(found.mean(sim::Kp), found.quantile(sim::Kp, 0.05), found.quantile(sim::Kp, 0.95));
 //
-// Chains begin at draws from the middle of the priors. The assumed measurement noise starts high, where the recording
+// Chains begin at draws from the middle of the ranges. The assumed measurement noise starts high, where the recording
 // has little influence, and falls in stages to the value of the power above 2 Hz (annealing). Several windows of points
 // that the chains visit then define a reparameterisation that straightens the posterior (reparameterisation.hpp), and a
 // metric; then the draws begin. If a parameter's R-hat is above 1.2 after some draws, these become another window, and

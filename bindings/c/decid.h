@@ -298,7 +298,8 @@ typedef struct decid_fit_options {
 DECID_API void decid_fit_defaults(decid_fit_options* options, size_t size);
 
 /* Draws from the posterior, in seconds to minutes, as `decid fit`. If the chains are far apart, the result has the
-   network's estimates (from_network of decid_sampling). */
+   network's estimates (from_network of decid_sampling), unless a parameter has a prior, a range or a fixed value, as
+   Kp of "dec2015" has. */
 DECID_API decid_status decid_fit(const decid_model* model, const decid_recording* recording,
                                  const decid_fit_options* options, decid_result** result);
 
@@ -308,7 +309,7 @@ typedef enum decid_trust { DECID_USABLE = 0, DECID_WITH_CAUTION = 1, DECID_NOT_U
 typedef struct decid_parameter {
   const char* name;
   const char* unit;
-  double low, high; /* the range of training */
+  double low, high; /* the range: of training, or the one that the fit's parameter_priors give */
   double value, sd;
   double interval50[2], interval90[2];
   double normalized, normalized_interval90[2]; /* over m g h */

@@ -152,7 +152,7 @@ std::optional<sim::Body> make_body(double mass_kg, double height_m, const char* 
 
 decid_result::decid_result(decid::RecordingResult of, const decid::Report& common)
     : result(std::move(of)),
-      ranges(common.protocol.ranges()),
+      ranges(common.ranges_for(result)),
       warnings(to_c(result.warnings)),
       quantities(parameters_of(result, ranges, common.protocol.experiment.body)),
       figures(figures_of(result, common.protocol.experiment.body, common.body_assumed)),

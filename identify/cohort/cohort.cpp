@@ -236,7 +236,7 @@ void add_variances(const Drawn& drawn, std::span<const Recording> recordings, Re
     parts.trial = part(&Draw::trial_sd);
     std::vector<double> variances;
     for (const Recording& one : recordings) variances.push_back(one.measurement.variance(p));
-    parts.measurement = mean(drawn.series(slope)) * std::sqrt(median(std::move(variances)));
+    parts.measurement = mean(drawn.series(slope)) * std::sqrt(quantile(std::move(variances), 0.5));
     result.variances.push_back(parts);
   }
 }

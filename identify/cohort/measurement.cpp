@@ -139,7 +139,11 @@ Measurement Measurement::of_draws(std::size_t parameters, std::span<const double
     throw Error(Code::value_invalid, "cohort",
                 format("a recording's prior leaves %.0f of %zu draws with weight", weighted, count),
                 "leave the recording out, or fit it with a wider prior");
-  const double effective = std::min(weighted, effective_draws.value_or(weighted));
+  double effective = std::min(weighted, effective_draws.value_or(weighted));
+  if (!log_weights.empty()) {  // weights and dependence both take draws away
+    const auto used = static_cast<double>(count);
+    effective = std::min(effective_draws.value_or(used), used) * weighted / used;
+  }
   Gaussians gaussians = fit_gaussians(parameters, points, weights, effective, min_variance);
   for (std::size_t k = 0; k < gaussians.weights.size(); ++k) {
     const double here = gaussians.weights[k] * effective;

@@ -26,7 +26,8 @@ class Measurement {
 
   /// Makes the evidence from draws: fractions of the ranges, draw by draw, all parameters each. log_weights: one per
   /// draw, for draws under another prior than the uniform one: the logarithm of uniform over actual prior density;
-  /// empty: none. effective_draws: the number of independent draws that tell as much; empty: they are independent.
+  /// empty: none. effective_draws: the number of independent draws that tell as much, without the weights, which take
+  /// their part of it; empty: they are independent.
   /// Throws Error for fewer than 16 draws, for another number of values, for values that are not finite, and for
   /// weights that leave fewer than min_weighted_draws effective draws, and fewer than half of those used: these cannot
   /// represent the wider density.

@@ -64,18 +64,6 @@ bool alike(const sim::ParameterTable& ranges, const sim::ParameterTable& other, 
   });
 }
 
-/// Recordings that were fitted together have one posterior, which counts once; a network's answers are each its own.
-class FirstOfJoint {
- public:
-  bool operator()(const RecordingResult& result) {
-    return !result.fit || !result.fit->joint || result.fit->answer != FitFigures::Answer::posterior ||
-           seen_.insert(result.fit->joint->files).second;
-  }
-
- private:
-  std::set<std::vector<std::string>> seen_{};
-};
-
 std::string cell_of(const Recording& one) {
   return cell_name(one.group, one.session, one.condition);
 }
@@ -182,6 +170,11 @@ class Sum {
 };
 
 }  // namespace
+
+bool FirstOfJoint::operator()(const RecordingResult& result) {
+  return !result.fit || !result.fit->joint || result.fit->answer != FitFigures::Answer::posterior ||
+         seen_.insert(result.fit->joint->files).second;
+}
 
 std::optional<Measurement> to_measurement(const RecordingResult& result, const Report& report) {
   return find_evidence(result, report).measurement;

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <optional>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "identify/cohort/cohort.hpp"
 #include "identify/cohort/reliability.hpp"
@@ -12,6 +15,17 @@ struct Report;
 }  // namespace decid
 
 namespace decid::cohort {
+
+/// Finds recordings that count: those that were fitted together have one posterior, which counts once; a network's
+/// answers are each its own.
+class FirstOfJoint {
+ public:
+  /// Returns false if a recording of the same joint fit was given before.
+  bool operator()(const RecordingResult& result);
+
+ private:
+  std::set<std::vector<std::string>> seen_{};
+};
 
 struct Analysis {
   std::optional<Result> result;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "base/error.hpp"
 #include "base/setting.hpp"
@@ -152,7 +153,9 @@ ValueSpread spread_of_fits(const sim::Protocol& protocol, const posterior::Prior
                                               .seed = seed});
   ValueSpread spread{groups.participant_sd, sim::Parameters(found.sd.size())};
   for (std::size_t p = 0; p < found.sd.size(); ++p)
-    spread.measurement_sd[p] = found.sd[p] / std::sqrt(1.0 - std::min(found.relative_variance[p], max_shrunk));
+    spread.measurement_sd[p] = density.infers(static_cast<int>(p))
+                                   ? found.sd[p] / std::sqrt(1.0 - std::min(found.relative_variance[p], max_shrunk))
+                                   : std::numeric_limits<double>::quiet_NaN();
   return spread;
 }
 

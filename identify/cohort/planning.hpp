@@ -40,8 +40,9 @@ ValueSpread spread_of_network(const Model& model, const sim::Protocol& protocol,
                               int participants, std::uint64_t seed);
 
 /// Returns the spread of the values of posterior::sample(), from their expected posterior variance
-/// (posterior/planning/expected_posterior.hpp) at the first group's participants, its prior divided out. Throws Error
-/// as posterior::expected_posterior().
+/// (posterior/planning/expected_posterior.hpp) at the first group's participants, its prior divided out. The
+/// measurement_sd of a parameter that the priors fix is NaN, because a fit does not measure it. Throws Error as
+/// posterior::expected_posterior().
 ValueSpread spread_of_fits(const sim::Protocol& protocol, const posterior::Priors& priors, const PlannedGroups& groups,
                            double sensor_noise_deg, int participants, std::uint64_t seed);
 

@@ -8,6 +8,7 @@
 
 #include "base/setting.hpp"
 #include "base/text.hpp"
+#include "posterior/sampling/diagnostics.hpp"
 
 namespace decid {
 namespace {
@@ -23,9 +24,6 @@ constexpr std::size_t edges_of_invalid = 4, outermost_of_caution = 2;
 /// Standard error of the 5% quantile of N independent draws, in standard deviations, times the square root of N.
 constexpr double of_interval_end = 2.1;
 constexpr double slow_rhat = 1.2;  // of noise, start and gain
-/// Without a network: in 4 of 15 trials of `ic` between this and 1.5 a parameter is beyond 5 standard deviations, below
-/// it in 1 of 179 (docs/research/people.md).
-constexpr double max_lone_rhat = 1.1;
 constexpr double divergent_fraction = 0.05;
 /// White noise of this size per sample, in a block of 0.1 s, is about the model's own error.
 constexpr double min_believed_noise_deg = 2e-3;
@@ -99,7 +97,7 @@ Warnings chain_warnings(const Density& density, const Posterior& found, NetworkU
   const auto name_at = [&](auto place) {
     return quantity_name(density, density.quantity(static_cast<std::size_t>(place - rhat.begin())));
   };
-  if (found.chains_disagree() || (network == NetworkUse::none && !(found.max_rhat() <= max_lone_rhat))) {
+  if (found.chains_disagree() || (network == NetworkUse::none && !(found.max_rhat() <= posterior::max_lone_rhat))) {
     const std::string apart = format(
         "the chains do not agree (R-hat %.2f for %s): the recording may fit more than one "
         "controller; these are ",

@@ -11,9 +11,9 @@
 
 namespace decid {
 
-/// The part that a network has in an answer. `none`: no network knows this controller and protocol, so nothing shows
-/// what the chains missed. `beside`: a network's answer is compared with the chains', which is the result. `answers`:
-/// the result is the network's because the chains are apart.
+/// The part that a network has in an answer. `none`: no network knows this controller, protocol and priors, so
+/// nothing shows what the chains missed. `beside`: a network's answer is compared with the chains', which is the
+/// result. `answers`: the result is the network's because the chains are apart.
 enum class NetworkUse { none, beside, answers };
 
 /// Returns the quantities that have half of their draws at either end of the prior, where the prior has this

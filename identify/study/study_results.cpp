@@ -164,6 +164,7 @@ PlanFitter::PlanFitter(const Model* model, const sim::Protocol& protocol, const 
     : plan_(plan), fitters_(plan.settings.size()), errors_(plan.settings.size()) {
   none_.protocol = protocol;
   none_.fit = request;
+  none_.fit->priors = posterior::with_conventions(request.priors, protocol.ranges());
   for (std::size_t k = 0; k < plan.settings.size(); ++k) {
     const RecordingSetting& setting = plan.settings[k];
     try {

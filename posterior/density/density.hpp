@@ -82,9 +82,9 @@ class Density {
   static constexpr int others = 5;
   static constexpr int max_globals = sim::Parameters::max_parameters + others;
 
-  /// The number of slow-noise globals, at the end. Warm-up estimates them, and they stay fixed while chains draw,
-  /// because chains mix far more slowly in them than in all others. The estimate is plugged in: intervals do not
-  /// contain its uncertainty, except that chains have different estimates.
+  /// The number of slow-noise globals, at the end: its ratio to the white noise, and its memory. Warm-up estimates
+  /// both, and they stay fixed while chains draw, because chains mix far more slowly in them. The estimate is plugged
+  /// in: intervals do not contain its uncertainty, except that chains have different estimates.
   static constexpr int held = 2;
 
   /// Throws Error if the protocol is invalid, has fewer than 20 blocks of samples, noise of a single frequency,

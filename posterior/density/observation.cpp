@@ -48,12 +48,11 @@ std::vector<SampleRange> checked_gaps(std::span<const SampleRange> gaps, std::si
   return joined_ranges({gaps.begin(), gaps.end()});
 }
 
-/// Replaces each gap with a value that is not finite by a straight line, or at an end by the nearest sample: the line
-/// through all blocks, and the torque, use the gaps' values too.
-void bridge_not_finite(std::vector<float>& sway_rad, std::span<const SampleRange> gaps) {
+/// Replaces each gap by a straight line, or at an end by the nearest sample: the line through all blocks, the torque
+/// and the estimate of the noise use the gaps' values too.
+void bridge_gaps(std::vector<float>& sway_rad, std::span<const SampleRange> gaps) {
   const auto is_finite = [](float value) { return std::isfinite(value); };
-  for (const SampleRange& gap : gaps)
-    if (!std::ranges::all_of(std::span(sway_rad).subspan(gap.first, gap.size()), is_finite)) bridge(sway_rad, gap);
+  for (const SampleRange& gap : gaps) bridge(sway_rad, gap);
   if (const auto found = std::ranges::find_if_not(sway_rad, is_finite); found != sway_rad.end())
     throw Error(Code::value_invalid, "recording",
                 format("sample %zu is not finite", static_cast<std::size_t>(found - sway_rad.begin())),
@@ -94,7 +93,7 @@ Observation Density::prepared(std::span<const float> sway_rad, std::span<const S
   }
   const std::vector<SampleRange> apart = checked_gaps(gaps, sway_rad.size());
   std::vector<float> sway(sway_rad.begin(), sway_rad.end());
-  bridge_not_finite(sway, apart);
+  bridge_gaps(sway, apart);
   Observation observation;
   for (int block = 0; block < blocks_; ++block) {
     double sum = 0.0;

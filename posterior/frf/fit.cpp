@@ -8,6 +8,7 @@
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
 #include "base/math/statistics.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "posterior/sampling/diagnostics.hpp"
 #include "posterior/streams.hpp"
@@ -156,11 +157,17 @@ bool Fit::explained() const {
 
 void Fit::warn(const Density& density) {
   warnings_ = no_controller_warnings(density, left_, misfit_.p_value);
-  if (!agreed()) {
-    const auto worst = std::ranges::max_element(rhat_);
+  const double worst = *std::ranges::max_element(rhat_);
+  if (!(worst <= posterior::max_lone_rhat))  // as of recordings without a network
     add_caution(warnings_, "chains_disagree",
-                format("the chains do not agree (R-hat %.3f): the table may fit more than one controller", *worst));
-  }
+                format("the chains do not agree (R-hat %.3f): the table may fit more than one controller", worst));
+  else if (!agreed())
+    add_info(
+        warnings_, "few_draws",
+        format("the chains agree roughly (R-hat %.3f, %.0f effective draws at least): means and intervals are less "
+               "accurate than usual; run again with another ",
+               worst, *std::ranges::min_element(effective_)) +
+            setting("seed"));
   const Priors& priors = density.priors();
   if (misfit_.p_value < unlikely) {
     add_caution(

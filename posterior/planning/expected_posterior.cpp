@@ -48,6 +48,11 @@ void check_plan(const Density& density, const PlannedRecordings& planned) {
     throw Error(Code::setting_conflict, "design", "the priors fix every parameter", "leave one to be inferred");
 }
 
+/// Returns a parameter's value, at least the margin within its range; a fixed one has no range.
+double within_margin(const Quantile& q, double value) {
+  return std::clamp(value, q.low + margin * q.range, q.low + (1.0 - margin) * q.range);
+}
+
 /// Returns the parameters of participants who stand through the protocol.
 std::vector<sim::Parameters> participants_of(const Density& density, const PlannedRecordings& planned) {
   sim::Protocol protocol = density.protocol().ideal();
@@ -63,7 +68,7 @@ std::vector<sim::Parameters> participants_of(const Density& density, const Plann
           const Quantile& q = density.quantile(p);
           const double off = planned.participant_sd ? (*planned.participant_sd)[p] * random.normal(p) : 0.0;
           participant[p] = planned.at && q.range > 0.0 ? (*planned.at)[p] + off : q.value(random.normal(p));
-          participant[p] = std::clamp(participant[p], q.low + margin * q.range, q.low + (1.0 - margin) * q.range);
+          participant[p] = within_margin(q, participant[p]);
         }
         return sim::TrialInput{participant, Random(planned.seed, sim::streams::vestibular_noise, item)};
       },
@@ -238,6 +243,10 @@ ExpectedPosterior expected_posterior(const Density& density, const PlannedRecord
   const auto participants = static_cast<double>(variances.size()), inferred = static_cast<double>(before.size());
   ExpectedPosterior result{std::vector<double>(parameters, 0.0), std::vector<double>(parameters, 0.0),
                            std::vector<double>(parameters, 0.0)};
+  if (planned.at) {
+    result.at = planned.at;
+    for (std::size_t p = 0; p < parameters; ++p) (*result.at)[p] = within_margin(density.quantile(p), (*planned.at)[p]);
+  }
   std::vector<double> figures(variances.size(), 0.0);
   for (std::size_t a = 0; a < before.size(); ++a) {
     const std::size_t p = planner.inferred()[a];

@@ -22,19 +22,22 @@
 namespace decid::posterior {
 
 struct PlannedRecordings {
-  int draws = 128;                         ///< participants; a multiple of `lanes` is fastest
-  double sensor_noise_deg = 0.02;          ///< white measurement noise
-  std::optional<sim::Parameters> at = {};  ///< the participants' inferred parameters; empty: draws of the priors
+  int draws = 128;                 ///< participants; a multiple of `lanes` is fastest
+  double sensor_noise_deg = 0.02;  ///< white measurement noise
+  /// The participants' inferred parameters; empty: draws of the priors. A value closer to an end than 1% of its range
+  /// is moved there.
+  std::optional<sim::Parameters> at = {};
   std::optional<sim::Parameters> participant_sd = {};  ///< with `at`: participants differ by this, within the ranges
   std::uint64_t seed = 1;
 };
 
 struct ExpectedPosterior {
-  std::vector<double> sd;                 ///< per parameter: root of the expected posterior variance, SI units
-  std::vector<double> prior_sd;           ///< per parameter: before the recording
-  std::vector<double> relative_variance;  ///< per parameter: expected over prior variance; 0 for a fixed parameter
-  double figure_of_merit = 0.0;           ///< mean of relative_variance over the inferred parameters
-  double figure_error = 0.0;              ///< its standard error from the number of draws
+  std::vector<double> sd;                  ///< per parameter: root of the expected posterior variance, SI units
+  std::vector<double> prior_sd;            ///< per parameter: before the recording
+  std::vector<double> relative_variance;   ///< per parameter: expected over prior variance; 0 for a fixed parameter
+  double figure_of_merit = 0.0;            ///< mean of relative_variance over the inferred parameters
+  double figure_error = 0.0;               ///< its standard error from the number of draws
+  std::optional<sim::Parameters> at = {};  ///< if the plan gives one: the values planned for, fixed ones included
 };
 
 /// Returns what a recording of the density's protocol leaves. The result does not depend on threads. Throws Error for

@@ -31,6 +31,11 @@ double tail_effective_draws(const ChainDraws& chains);
 /// start, momentum included.
 double energy_fraction(const ChainDraws& energy);
 
+/// The largest R-hat of chains that are pooled without a caution where no network gives a second answer: in 4 of 15
+/// trials of `ic` between this and 1.5 a parameter is beyond 5 standard deviations, below it in 1 of 179
+/// (docs/research/people.md).
+inline constexpr double max_lone_rhat = 1.1;
+
 /// Returns true if the R-hat of no quantity is above 1.05 and each has at least 100 effective draws; false without
 /// quantities.
 bool chains_agree(std::span<const double> rhat, std::span<const double> effective_draws);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "identify/compared_controllers.hpp"
+#include "identify/network/model.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/sampling/quick.hpp"
 #include "tests/posterior/trial.hpp"
@@ -124,6 +125,17 @@ TEST_CASE("recordings fitted together have the same parameters, but for those th
   CHECK(fitter.fit(std::span(alone).subspan(2, 1)));
   CHECK(!read[2].fit->joint);
   CHECK(read[2].fit->posterior.mean(sim::Kp) == alone[2].fit->posterior.mean(sim::Kp));
+}
+
+TEST_CASE("a parameter that is free and fixed is refused, also one that is fixed by convention") {
+  FitRequest request = quick_request();
+  request.freed = {"Kp"};
+  (void)Fitter(nullptr, sines_protocol(), {}, request);
+  sim::Protocol conventional = sines_protocol();
+  conventional.experiment.body_model = &sim::dec2015();
+  check_error([&] { Fitter(nullptr, conventional, {}, request); }, Code::setting_conflict, "Kp");
+  request.priors.parameters.push_back({.name = "Kp", .fixed = 839.0});
+  check_error([&] { Fitter(nullptr, sines_protocol(), {}, request); }, Code::setting_conflict, "Kp");
 }
 
 TEST_CASE("recordings that cannot be fitted together each have the error") {
@@ -362,4 +374,28 @@ TEST_CASE("a low-pass is undone before a fit; one that may delay leaves the star
   CHECK(within(read[7].fit->posterior.mean(posterior::Density::start), 0.05, 0.03));
   CHECK(count(7, "other_start") == 0);
   CHECK(count(8, "other_start") == 1);
+}
+
+TEST_CASE(
+    "the network is no second answer to a fit with a fixed parameter, so chains that are roughly apart are a caution") {
+  const Model model = load_model(DECID_SOURCE_DIR "/tests/golden/0.2.0/net.safetensors");
+  FitRequest request = quick_request();
+  request.priors.parameters.push_back({.name = "theta", .fixed = 0.002});
+  for (request.settings.seed = 1; request.settings.seed <= 20; ++request.settings.seed) {
+    RecordingResult one;
+    one.trial = recording::make_trial(recorded(model.protocol, some_parameters(), 0.02, 0));
+    Fitter fitter(&model, model.protocol, {}, request);
+    REQUIRE(fitter.report().network_answers);
+    CHECK(fitter.fit(std::span(&one, 1)));
+    REQUIRE(one.fit);
+    CHECK(one.fit->answer == FitFigures::Answer::posterior);
+    CHECK(one.fit->network.has_value());
+    const double rhat = one.fit->posterior.max_rhat();
+    if (!(rhat > 1.1 && rhat <= 1.5)) continue;
+    const auto found = std::ranges::find(one.warnings, "chains_disagree", &Warning::code);
+    REQUIRE(found != one.warnings.end());
+    CHECK(found->severity == Severity::caution);
+    return;
+  }
+  FAIL("no seed has chains that are roughly apart");
 }

@@ -62,7 +62,7 @@ ChainGroup::Place ChainGroup::here() const {
   return x;
 }
 
-/// Sets the chains to draws from the middle of the priors, which all trials share.
+/// Sets the chains to draws from the middle of the ranges, which all trials share.
 void ChainGroup::place() {
   const Random random(settings_.seed, streams::chains, starting + number_);
   for (std::size_t t = 0; t < trials_.size(); ++t) {

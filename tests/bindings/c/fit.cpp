@@ -134,6 +134,9 @@ TEST_CASE("a fit of several controllers has the comparison of the program's JSON
   fitter.fit(report.recordings);
   const Json expected = parse_json(tools::report_json(report), "report").at("recordings").at(0);
 
+  CHECK(decid_result_parameter(result.get(), 0)->low == 300.0);
+  CHECK(decid_result_parameter(result.get(), 0)->high == 2000.0);
+  CHECK(decid_result_parameter(result.get(), 1)->low == protocol.ranges()[1].low);
   REQUIRE(decid_result_controllers(result.get()) == 2);
   double weights = 0.0;
   for (std::size_t i = 0; i < 2; ++i) {

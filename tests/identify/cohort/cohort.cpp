@@ -171,6 +171,18 @@ TEST_CASE("cohort: persons differ by parameter and group") {
   CHECK(found.cells[1].between_sd[0].mean > 4.0 * found.cells[1].between_sd[1].mean);
 }
 
+TEST_CASE("cohort: the uncertainty of a recording is the median's, of an even number the mean of the middle two") {
+  std::vector<Recording> recordings;
+  for (const char* group : {"a", "b"})
+    for (int i = 0; i < 4; ++i)
+      recordings.push_back(
+          {group + std::to_string(i), "", group, "", {}, gaussian({0.05 * (i - 1.5)}, *group == 'a' ? 0.1 : 1.0)});
+  // The root of the mean of 0.01 and 1, times at most the normal density's largest value.
+  const double found = analyse(recordings, 1).variances.at(0).measurement, highest = 0.3989 * std::sqrt(0.505);
+  CHECK(found > 0.85 * highest);
+  CHECK(found <= highest);
+}
+
 TEST_CASE("cohort: shrinkage is undone") {
   // Evidence of sd 1.5: a network's means keep 1 / (1 + 2.25) = 31% of a difference.
   Normals normal(4);

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.hpp"
@@ -75,6 +76,16 @@ TEST_CASE("cohort: draws that depend on each other tell less, and make fewer com
   const std::vector<double> others = fractions(100, -0.8, 0.2);
   apart.insert(apart.end(), others.begin(), others.end());
   CHECK(Measurement::of_draws(2, apart, {}, 12.0).components() == 1);
+}
+
+TEST_CASE("cohort: weights take their part of the effective draws") {
+  const std::vector<double> values = fractions(200, 0.4, 0.3), half(values.begin(), values.begin() + 200);
+  std::vector<double> log_weights(200, 0.0);
+  std::fill(log_weights.begin() + 100, log_weights.end(), -60.0);
+  const Measurement weighted = Measurement::of_draws(2, values, log_weights, 80.0),
+                    same = Measurement::of_draws(2, half, {}, 40.0);
+  REQUIRE(weighted.components() == 1);
+  for (const std::size_t i : {0U, 1U, 2U}) CHECK(near(weighted.precision(0)[i], same.precision(0)[i], 1e-9));
 }
 
 TEST_CASE("cohort: draws in two places become two components") {

@@ -242,6 +242,19 @@ TEST_CASE("cohort: recordings fitted together count once; those of another body 
       report.recordings[i].fit->joint = decid::JointFit{{std::to_string(twin), "twin"}, {}, {}};
     }
   CHECK(made.compared().hierarchical->cells[0].recordings == 3);
+  CHECK(made.compared().comparison.groups[0].recordings == 3);
+  // A recording of the same person with a fit of its own has the weight of both.
+  report.recordings.push_back(report.recordings[0]);
+  table.members.push_back(table.members[0]);
+  RecordingResult& alone = report.recordings.back();
+  alone.fit->joint.reset();
+  alone.estimate.parameters[decid::sim::Delay] += 0.03;
+  const auto mean_delay = [&] { return made.compared().comparison.groups[0].parameters[decid::sim::Delay].mean; };
+  const double with_alone = mean_delay();
+  alone.estimate.parameters[decid::sim::Delay] -= 0.03;
+  CHECK(near(with_alone - mean_delay(), 0.03 / 2 / 3, 1e-9));
+  report.recordings.pop_back();
+  table.members.pop_back();
   // Where the chains were far apart, each has the network's answer for itself.
   for (RecordingResult& one : report.recordings)
     if (one.fit) one.fit->answer = decid::FitFigures::Answer::network;

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <tuple>
 
 #include "base/error.hpp"
@@ -80,4 +81,13 @@ TEST_CASE("cohort: fits of quieter recordings differ less") {
   CHECK(much.measurement_sd[decid::sim::Delay] > 1.3 * little.measurement_sd[decid::sim::Delay]);
   CHECK(much.measurement_sd[decid::sim::Kp_pass] > little.measurement_sd[decid::sim::Kp_pass]);
   check_error([&] { (void)spread_of_fits(protocol, {}, groups, 0.0, 8, 1); }, Code::setting_out_of_range);
+}
+
+TEST_CASE("cohort: fits do not measure a parameter that they fix") {
+  const decid::sim::Protocol protocol = decid::sim::short_protocol();
+  const PlannedGroups groups = later_in_the_middle(protocol.ranges());
+  const decid::posterior::Priors priors{.parameters = {{.name = "Kp", .fixed = groups.at[decid::sim::Kp]}}};
+  const ValueSpread spread = spread_of_fits(protocol, priors, groups, 0.02, 8, 1);
+  CHECK(std::isnan(spread.measurement_sd[decid::sim::Kp]));
+  CHECK(spread.measurement_sd[decid::sim::Delay] > 0.0);
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
 #include "tests/identify/study/sheet_files.hpp"
 #include "tests/posterior/trial.hpp"
@@ -56,4 +57,13 @@ TEST_CASE("PlanFitter, PlanIdentifier: an error of a sheet's protocol names the 
   const Model model = model_or_built_in("");
   const std::vector<RecordingResult> identified = PlanIdentifier(model, "built-in", plan, 1).identify(places);
   check_has(identified[1].error, Code::file_missing, "participants.tsv, line 4: none.json");
+}
+
+TEST_CASE("PlanFitter: a parameter that is fixed by convention is not compared, also if the sheet's first line fails") {
+  const TemporaryFolder folder;
+  const std::string sheet = "participant_id\tfile\tprotocol\nA\ta.csv\tnone.json\nB\tb.csv\t\n";
+  const RecordingPlan plan = plan_of_text(folder, sheet, {"a.csv", "b.csv"}, Choice::by_sheet);
+  sim::Protocol protocol = sines_protocol();
+  protocol.experiment.body_model = &sim::dec2015();
+  CHECK(PlanFitter(nullptr, protocol, plan, {}).report().fixed_parameters() == std::vector<std::string>{"Kp"});
 }

@@ -21,7 +21,8 @@ frf::State known() {
 }
 
 /// Fits the response of a known controller, its gains changed by `spoil` at each row, with that standard deviation.
-frf::Fit fit_of(double stddev, const frf::Priors& priors, double (*spoil)(std::size_t) = nullptr) {
+frf::Fit fit_of(double stddev, const frf::Priors& priors, double (*spoil)(std::size_t) = nullptr,
+                const frf::SmcSettings& settings = {}) {
   const sim::Protocol protocol = sim::short_protocol();
   const Density made(protocol, empty_table(short_frequencies_hz, 0.02), {});
   frf::Table table = test::table_for(made, known(), Random(4, sim::streams::base_parameters, 0));
@@ -30,7 +31,7 @@ frf::Fit fit_of(double stddev, const frf::Priors& priors, double (*spoil)(std::s
     if (spoil) table.rows[i].response *= spoil(i);
   }
   if (stddev == 0.0) table.confidence.clear();
-  return frf::fit(Density(protocol, table, priors), {});
+  return frf::fit(Density(protocol, table, priors), settings);
 }
 
 double zigzag(std::size_t row) {
@@ -57,6 +58,25 @@ TEST_CASE("draws are states, and known parameters have one value") {
   CHECK(last.error == found.draws_for(found.error()).back());
   CHECK(found.left() > 0.0);
   CHECK(found.left() < 0.1);
+}
+
+TEST_CASE("chains that are apart are a caution, and few draws of chains that agree roughly a note") {
+  const auto warning_of = [](const frf::SmcSettings& settings, double low_rhat, double high_rhat) {
+    const frf::Fit found = fit_of(0.02, {}, nullptr, settings);
+    const double worst = *std::ranges::max_element(found.rhat());
+    CAPTURE(worst);
+    CHECK(worst > low_rhat);
+    CHECK(worst <= high_rhat);
+    CHECK_FALSE(found.agreed());
+    REQUIRE(found.warnings().size() == 1);
+    return found.warnings().front();
+  };
+  const Warning apart = warning_of({.chains = 4, .thinning = 1, .min_draws = 8, .max_draws = 8}, 1.1, 100.0),
+                few = warning_of({.chains = 2, .thinning = 40, .min_draws = 45, .max_draws = 45}, 0.9, 1.1);
+  CHECK(apart.code == "chains_disagree");
+  CHECK(apart.severity == Severity::caution);
+  CHECK(few.code == "few_draws");
+  CHECK(few.severity == Severity::info);
 }
 
 TEST_CASE("chi-square's tail is that of the tables") {

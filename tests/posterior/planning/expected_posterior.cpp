@@ -149,8 +149,22 @@ TEST_CASE("planning: a fixed parameter has no uncertainty and lowers that of oth
   const ExpectedPosterior fixed = expected_posterior(Density(protocol, priors), {.draws = 8, .at = at});
   const ExpectedPosterior all = expected_posterior(Density(protocol, {}), {.draws = 8, .at = at});
   CHECK(fixed.sd[sim::Kp_pass] == 0.0);
+  CHECK(fixed.at == at);
+  CHECK_FALSE(expected_posterior(Density(protocol, priors), {.draws = 8}).at);
   CHECK(fixed.relative_variance[sim::Kp_pass] == 0.0);
   CHECK(fixed.sd[sim::Kp] < all.sd[sim::Kp]);
+}
+
+TEST_CASE("planning: a person near the end of a range is planned for 1% of it within, and the result says so") {
+  const Density density(sines_protocol(), {});
+  sim::Parameters at = some_parameters();
+  const sim::ParameterInfo& delay = density.ranges()[sim::Delay];
+  at[sim::Delay] = delay.low + 0.004 * delay.range();
+  sim::Parameters inside = at;
+  inside[sim::Delay] = delay.low + 0.01 * delay.range();
+  const ExpectedPosterior found = expected_posterior(density, {.draws = 8, .at = at});
+  CHECK(found.at == inside);
+  CHECK(found.sd == expected_posterior(density, {.draws = 8, .at = inside}).sd);
 }
 
 TEST_CASE("planning: plans that cannot be are refused") {

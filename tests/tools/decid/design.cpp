@@ -70,6 +70,11 @@ TEST_CASE("decid/design: a person, a fixed parameter, a body and the text") {
   CHECK(person["protocols"][0]["parameters"][2]["sd"] == 0.0);
   CHECK(run_decid(call + "--at Kp_pass=210 --fix Kp_pass=200").code == 2);
   run_ok(call + "--at Kp_pass=200 --fix Kp_pass=200");
+  // The Kp of dec2015 is fixed by convention. A value near an end is planned for 1% of the range within.
+  check_refused(call + "--controller dec2015 --at Kp=600", "--at");
+  CHECK(run_json(call + "--controller dec2015 --at Kp=600 --fix Kp=600 --json")["parameters"][0]["at"] == 600.0);
+  run_ok(call + "--controller dec2015 --at Kp/mgh=1");
+  CHECK(near(run_json(call + "--at delay=0.001 --json")["parameters"][6]["at"].get<double>(), 0.0024, 1e-9));
   const Json over_mgh = run_json(call + "--at Kp/mgh=1 --at delay=0.1 --fix Kd/mgh=0.3 --mass 50 --height 1.5 --json");
   const double kp = over_mgh["parameters"][0]["at"].get<double>();
   CHECK(kp > 350.0);  // m g h of 50 kg

@@ -131,3 +131,13 @@ TEST_CASE("decid/power: a prediction from few simulated people says so") {
   CHECK_FALSE(contains(run_ok(power + "400").out, "simulated participants"));
   CHECK(run_json("power --difference Kp=90 --measurement-sd Kp=50 --json")["simulated_participants"].is_null());
 }
+
+TEST_CASE("decid/power: a difference of a parameter that fits fix needs its --measurement-sd") {
+  const std::string power =
+      "power --model " DECID_SOURCE_DIR "/models/dec2015.safetensors --by fit --recordings 8 --difference Kp=-80";
+  check_refused(power, "--difference");
+  check_refused(power + " --difference delay=0.02", "--difference");
+  // Only the other parameter's uncertainty is predicted.
+  const Json found = run_json(power + " --measurement-sd Kp=60 --difference delay=0.02 --json --quiet");
+  for (const Json& one : found["parameters"]) CHECK(one["measurement_sd"].get<double>() > 0.0);
+}

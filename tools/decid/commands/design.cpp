@@ -125,7 +125,7 @@ Json design_json(const DesignOptions& options, const std::vector<Planned>& all, 
   for (std::size_t p = 0; p < table.size(); ++p)
     parameters.push_back({{"name", table[p].name},
                           {"unit", table[p].unit},
-                          {"at", options.planned.at ? Json((*options.planned.at)[p]) : Json(nullptr)},
+                          {"at", all.front().found.at ? Json((*all.front().found.at)[p]) : Json(nullptr)},
                           {"prior_sd", all.front().found.prior_sd[p]}});
   for (const Planned& one : all) {
     Json of_parameters = Json::array();
@@ -181,6 +181,32 @@ std::string recommendation(const std::vector<Planned>& all) {
   return text;
 }
 
+/// Throws Error for a value of a parameter that a protocol's fits fix by convention at another one.
+void refuse_other_than_convention(const std::vector<Planned>& all, const std::vector<bool>& is_at,
+                                  const std::vector<bool>& is_fixed, const sim::Parameters& at) {
+  for (const Planned& one : all) {
+    const sim::ParameterTable table = one.protocol.ranges();
+    for (std::size_t p = 0; p < table.size(); ++p) {
+      const std::optional<double> convention = is_at[p] && !is_fixed[p] ? table[p].convention : std::nullopt;
+      if (convention && std::abs(at[p] - *convention) > 1e-9 * std::abs(*convention))
+        throw Error(Code::setting_conflict, "--at",
+                    format("%s is %g, and fits fix it at %g", table[p].name.c_str(), at[p], *convention) +
+                        table[p].unit_after(),
+                    format("leave it out, or plan for fits with --fix %s=%g", table[p].name.c_str(), at[p]));
+    }
+  }
+}
+
+/// Prints a note on each given value that is too close to the end of its range to be planned for.
+void note_moved(const Planned& one, const std::vector<bool>& is_at, const sim::Parameters& at,
+                const sim::ParameterTable& table) {
+  for (std::size_t p = 0; p < table.size(); ++p)
+    if (is_at[p] && one.found.at && (*one.found.at)[p] != at[p])
+      std::cerr << "note: --at: " << table[p].name
+                << format(" is %g, near the end of its range; the plan is for %g", at[p], (*one.found.at)[p])
+                << table[p].unit_after() << '\n';
+}
+
 void run_design(DesignOptions options, const Command& command) {
   std::vector<std::string> inputs;
   std::vector<Planned> all = planned_protocols(options, inputs);
@@ -200,6 +226,7 @@ void run_design(DesignOptions options, const Command& command) {
       throw Error(Code::setting_conflict, "--at, --fix",
                   format("%s is %g and is fixed at %g", table[p].name.c_str(), at[p], fixed[p]),
                   "give one of them, or the same value");
+  refuse_other_than_convention(all, is_at, is_fixed, at);
   for (std::size_t p = 0; p < table.size(); ++p)
     if (is_fixed[p]) options.priors.parameters.push_back({.name = table[p].name, .fixed = fixed[p]});
   ProgressBar bar("design", "protocols", static_cast<long long>(all.size()), options.common.quiet);
@@ -208,6 +235,7 @@ void run_design(DesignOptions options, const Command& command) {
     all[i].found = posterior::expected_posterior(posterior::Density(all[i].protocol, priors), options.planned);
     bar.update(static_cast<long long>(i) + 1);
   }
+  if (!options.common.quiet) note_moved(all.front(), is_at, at, table);
   if (options.common.json) {
     Call call = record_call(command, inputs);
     call.seed = options.planned.seed;

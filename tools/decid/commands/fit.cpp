@@ -312,7 +312,8 @@ void add_fit(const Command& program) {
                      "Use this protocol: default, short, or a JSON file; default: the model's");
   command.add_option(
       "--model", options->model,
-      "Use this model file for the protocol, and for the estimate if the chains disagree; default: the built-in model");
+      "Use this model file for the protocol, and for the estimate if the chains disagree and no parameter has another "
+      "prior; default: the built-in model");
   command
       .add_option("--controller", options->controllers,
                   "Fit this controller: dec, dec2015 or ic; compare several, separated by commas, and report the "

@@ -64,9 +64,20 @@ sim::Protocol study_protocol(const PowerOptions& options, const Model& model, st
   return protocol;
 }
 
+/// Throws Error for a difference of a parameter that fits fix by convention, so that they do not measure it.
+void refuse_fixed(const PowerValues& values, const sim::ParameterTable& table) {
+  for (std::size_t p = 0; p < table.size(); ++p)
+    if (values.wanted[p] && !values.known[p] && table[p].convention)
+      throw Error(Code::setting_conflict, "--difference",
+                  table[p].name + format(" is fixed at %g", *table[p].convention) + table[p].unit_after() +
+                      " in fits, which do not measure it",
+                  "give its --measurement-sd, or differences of other parameters");
+}
+
 /// Returns the spread of the recordings' values: the network's, or decid fit's.
 cohort::ValueSpread spread_of(const PowerOptions& options, const Model& model, sim::Protocol protocol,
-                              const cohort::PlannedGroups& groups) {
+                              const PowerValues& values) {
+  const cohort::PlannedGroups groups{values.at, values.difference, values.participant};
   set_sensor_noise(protocol, options.sensor_noise_deg);
   if (options.by == "network")
     return cohort::spread_of_network(model, protocol, groups, options.recordings / 4, options.seed);
@@ -76,6 +87,7 @@ cohort::ValueSpread spread_of(const PowerOptions& options, const Model& model, s
   if (noise_deg == 0.0)
     throw Error(Code::setting_out_of_range, "--sensor-noise", "is 0 degrees, and --by fit needs measurement noise",
                 "give a level above 0");
+  refuse_fixed(values, protocol.ranges());
   const posterior::Priors priors = posterior::with_conventions({}, protocol.ranges());
   return cohort::spread_of_fits(protocol, priors, groups, noise_deg, std::min(options.recordings, max_fits),
                                 options.seed);
@@ -192,8 +204,7 @@ PowerValues read_options(const PowerOptions& options, const sim::Protocol& proto
 std::vector<PowerRow> power_rows(const PowerOptions& options, const PowerValues& values, const Model& model,
                                  const sim::Protocol& protocol) {
   cohort::ValueSpread spread;
-  if (values.simulates)
-    spread = spread_of(options, model, protocol, {values.at, values.difference, values.participant});
+  if (values.simulates) spread = spread_of(options, model, protocol, values);
   const double significance = 0.05 / options.intervals;  // Bonferroni
   std::vector<PowerRow> rows;
   for (std::size_t p = 0; p < values.at.size(); ++p) {

@@ -121,7 +121,7 @@ void add_fit(Json& recording, const FitFigures& fitted, const sim::Protocol& pro
   const Posterior& found = fitted.posterior;
   recording["sensor_noise_deg"] = quantity_json(found, Density::sensor_noise);
   recording["sensor_noise_deg"]["of_samples"] = fitted.samples_noise_deg;
-  // Chains hold these two while they draw: no interval.
+  // Chains hold the memory, and the ratio of this noise to the white one, while they draw: no interval.
   recording["slow_noise_deg"] = {{"value", found.mean(Density::slow_noise)},
                                  {"memory_s", found.mean(Density::slow_memory)}};
   recording["start_s"] = quantity_json(found, Density::start);
