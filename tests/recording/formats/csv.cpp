@@ -128,6 +128,25 @@ TEST_CASE("csv: comments, blank lines, byte order mark, line ends and a last sep
   check_table("a,b\n1.5,3,\n-2.25,4\n", a_b, numbers);
 }
 
+TEST_CASE("csv: a line that begins with a spreadsheet's missing value is a row, not a comment") {
+  const auto kept = [](const std::string& text, int column) {
+    std::vector<double> values = CsvTable(text, "t.csv").numbers(column, Missing::kept);
+    for (double& value : values) value = std::isnan(value) ? -99.0 : value;
+    return values;
+  };
+  const double missing = -99.0;
+  for (const std::string cell : {"#N/A", "#NV", "#n/a", " #N/A "}) {
+    CAPTURE(cell);
+    CHECK(kept("sway_deg\n1\n" + cell + "\n3\n4\n", 0) == std::vector{1.0, missing, 3.0, 4.0});
+    CHECK(kept("sway_deg\n" + cell + "\n2\n3\n4\n", 0) == std::vector{missing, 2.0, 3.0, 4.0});
+    CHECK(kept("a,b\n1,2\n" + cell + ",3\n4,5\n", 0) == std::vector{1.0, missing, 4.0});
+    CHECK(kept("a;b\n" + cell + ";" + cell + "\n1;2\n4;5\n6;7\n", 0) == std::vector{missing, 1.0, 4.0, 6.0});
+  }
+  for (const std::string comment : {"# a remark", "#", "%", "#Nx", "# , 1", "#,1"})
+    CHECK(kept("a,b\n1,2\n" + comment + "\n4,5\n", 0) == std::vector{1.0, 4.0});
+  check_error(taking("sway_deg\n1\n#N/A\n3\n", 0), Code::value_missing, "line 3");
+}
+
 TEST_CASE("csv: rows are found in the file") {
   const CsvTable table("# c\n\na,b\ns,deg\r\n1,2\n\n# c\n3,4\r5,6\n", "t.csv");
   REQUIRE(table.rows(0) == 3);
