@@ -222,7 +222,7 @@ def _recording_of(recording: Union[Recording, Trials, Path, ArrayLike], rate: Op
     if isinstance(recording, (str, os.PathLike)):
         if "tilt" in reading:
             raise _error("setting_conflict", "tilt", "is for samples", "name the file's column with tilt_column")
-        of_body = {"height": height} if {"hip", "shoulder"} & set(reading) else {}
+        of_body = {"height": height} if {"com_height", "hip", "shoulder"} & set(reading) else {}
         return read(recording, rate=rate, unit=unit, mean_is_upright=upright, **of_body, **reading)
     if isinstance(recording, (Recording, Trials)):
         if reading:
@@ -248,7 +248,7 @@ def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optiona
     """Estimates the parameters with a model's network, in milliseconds; same bits as `decid identify`.
 
     recording: samples (samples,) with their rate in Hz and unit, "deg", "rad" or "mrad"; a file; a Recording; or Trials.
-    mass, height: of the person, kg and m; None for both: the protocol's body. read() also uses height, for hip and shoulder.
+    mass, height: of the person, kg and m; None for both: the protocol's body. read() also uses height, for com_height, hip and shoulder.
     begin: the protocol's start in s after the first sample; None: from the measured tilt, else 0.
     detrend: subtract the mean of whole cycles ("offset"), a line ("linear") or nothing ("none"). model: None is the built-in
     one. reading: other arguments of read() for a file, such as fill_gaps=0.4, or of Recording() for samples, such as

@@ -545,6 +545,7 @@ class Refusals(WithFolder):
         sway = decid.simulate(seed=7).sway
         self.refused("file_missing", decid.read, "no.csv")
         self.refused("setting_missing", decid.identify, sway)
+        self.refused("setting_out_of_range", decid.identify, self.trial(), unit="cm", com_height=1.9, mass=70, height=1.75)
         self.refused("setting_missing", decid.Recording, sway, 100, None)
         self.refused("setting_unknown", decid.identify, sway, 100, "grad")
         self.refused("setting_unknown", decid.identify, sway, 100, "rad", detrend="no")
