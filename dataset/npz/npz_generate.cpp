@@ -89,6 +89,12 @@ class Partial {
   /// Prepares the journal for reading, or begins it; refuses the file of another request, and another program's
   /// journal.
   void take(const std::string& request) {
+    if (file_.size() == 0 && journal_.is_foreign()) {
+      std::error_code ignored;
+      fs::remove(paths_.file, ignored);
+      throw Error(Code::file_unsupported, paths_.journal.string(), "is not a journal of this decid's data sets",
+                  "delete it, or choose another output");
+    }
     const std::optional<std::string> found = journal_.request();
     // The journal's beginning reaches the disk before anything reaches the file, which is worthless without it.
     begun_ = file_.size() == 0;
