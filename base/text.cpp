@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <clocale>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -41,6 +42,23 @@ std::pair<std::size_t, bool> character_at(std::string_view text) {
   return {i, i == size};
 }
 
+/// Gives the thread the locale "C" until the end of its scope: a host's locale may have decimal commas, which decid
+/// could not read back.
+class PlainLocale {
+ public:
+  PlainLocale() : before_(::uselocale(plain())) {}
+  ~PlainLocale() { ::uselocale(before_); }
+  PlainLocale(const PlainLocale&) = delete;
+  PlainLocale& operator=(const PlainLocale&) = delete;
+
+ private:
+  static locale_t plain() {
+    static const locale_t made = ::newlocale(LC_ALL_MASK, "C", nullptr);
+    return made;
+  }
+  locale_t before_;
+};
+
 }  // namespace
 
 std::string valid_utf8(std::string_view text) {
@@ -54,6 +72,7 @@ std::string valid_utf8(std::string_view text) {
 }
 
 std::string format(const char* pattern, ...) {
+  const PlainLocale locale;
   std::va_list arguments, again;
   va_start(arguments, pattern);
   va_copy(again, arguments);

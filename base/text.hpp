@@ -8,7 +8,7 @@
 
 namespace decid {
 
-/// Formats into a string as printf does.
+/// Formats into a string as printf does, with decimal points in every locale.
 [[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
 
 /// Returns "1 trial", "2 trials".

@@ -184,7 +184,7 @@ std::vector<LayerKind> parse_layers(Shape src, const std::vector<std::string>& l
     } else if (words.take_if("batchnorm")) {
       words.finish();
       BatchNorm norm{src, i < lines.size() && Words(lines[i]).take_if("relu"), std::nullopt};
-      if (norm.relu) words = Words(lines[i++]), words.take();
+      if (norm.relu) words = Words(lines[i++]), words.take(), words.finish();
       if (i < lines.size()) {
         Words next(lines[i]);
         const std::optional<Pool> pool = parse_pool(src, next);

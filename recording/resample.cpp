@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
+#include "base/text.hpp"
 #include "sim/protocol/protocol.hpp"
 
 namespace decid::recording {
@@ -107,10 +108,8 @@ auto periodic(const std::vector<double>& signal) {
 void check_rates(double from_hz, double to_hz) {
   const auto usable = [](double rate) { return std::isfinite(rate) && rate > 0.0; };
   if (usable(from_hz) && usable(to_hz)) return;
-  throw Error(
-      Code::setting_out_of_range, "resample",
-      "the sample rates " + std::to_string(from_hz) + " Hz and " + std::to_string(to_hz) + " Hz are not both positive",
-      "give positive rates");
+  throw Error(Code::setting_out_of_range, "resample",
+              format("the sample rates %g Hz and %g Hz are not both positive", from_hz, to_hz), "give positive rates");
 }
 
 }  // namespace

@@ -113,7 +113,8 @@ void VestibularNoiseMaker::velocity(double nv, const Random& random, std::span<d
   draw(nv, random, 1, coefficients.data());
   std::vector<Complex> spectrum(static_cast<std::size_t>(fft_.bins()));
   std::vector<Complex> work(static_cast<std::size_t>(fft_.work_length()));
-  for (std::size_t r = 0; r < phases; ++r) {
+  // A long period has more phases than the trial has samples.
+  for (std::size_t r = 0; r < std::min(phases, samples + 1); ++r) {
     turn<One, 1>(static_cast<int>(stddev_.size()), coefficients.data(),
                  reinterpret_cast<const double*>(turns_.data() + r * stddev_.size()),
                  reinterpret_cast<double*>(spectrum.data() + first_));
@@ -141,7 +142,8 @@ void VestibularNoiseMaker::velocity_lanes(std::span<const double> nv, std::span<
   for (std::size_t lane = 0; lane < nv.size(); ++lane) {
     if (nv[lane] > 0.0 && !stddev_.empty()) draw(nv[lane], random[lane], fft_lanes, coefficients.data() + lane);
   }
-  for (std::size_t r = 0; r < phases; ++r) {
+  // A long period has more phases than the trial has samples.
+  for (std::size_t r = 0; r < std::min(phases, samples + 1); ++r) {
     kernels.turn(static_cast<int>(stddev_.size()), coefficients.data(),
                  reinterpret_cast<const double*>(turns_.data() + r * stddev_.size()),
                  spectrum.data() + 2 * static_cast<std::size_t>(first_) * lanes);

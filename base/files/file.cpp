@@ -168,7 +168,7 @@ void write_file(const fs::path& path, std::string_view content) {
   PendingFile pending(path);
   Descriptor file(::open(pending.path().c_str(), O_WRONLY | O_APPEND | O_CLOEXEC));
   if (!file.is_open()) {
-    throw Error(opening_failed(errno), path.string(), "cannot be opened: " + errno_text(errno),
+    throw Error(Code::file_unwritable, path.string(), "cannot be opened: " + errno_text(errno),
                 "check the permissions of the file");
   }
   write_all(file.number(), content, path);

@@ -47,7 +47,7 @@ bool has_shape_of(const nn::Shape& shape, const FloatsIn& inputs) {
 /// The first axis counts samples, which have the network's input shape or are flat.
 int samples_in(const FloatsIn& inputs, const Network& network) {
   const nn::Shape& shape = network.input_shape();
-  const auto count = inputs.ndim() < 2 ? 0 : inputs.shape(0);
+  const auto count = inputs.ndim() < 1 ? 0 : inputs.shape(0);
   const bool flat = inputs.ndim() == 2 && inputs.shape(1) == shape.size();
   if (count < 1 || count > 1 << 30 || !(flat || has_shape_of(shape, inputs)))
     throw Error(Code::size_mismatch, "inputs", "have the shape " + shape_text(inputs),

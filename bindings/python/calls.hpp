@@ -84,7 +84,7 @@ class Callback {
   }
 
   static int progress(void* self, double done, const char* stage) {
-    return static_cast<Callback*>(self)->call(done, stage);
+    return static_cast<Callback*>(self)->call(done, text_of(stage));
   }
   static int training(void* self, const decid_training* at) {
     return static_cast<Callback*>(self)->call(at->epoch, at->epochs, at->done, at->trials, at->epoch_is_over != 0,
@@ -118,7 +118,7 @@ inline py::object interval_or_none(const double (&limits)[2]) {
 
 inline py::tuple warning(const decid_warning& of) {
   static constexpr const char* severities[] = {"info", "caution", "invalid"};
-  return py::make_tuple(severities[of.severity], of.code, of.text);
+  return py::make_tuple(severities[of.severity], of.code, text_of(of.text));
 }
 
 }  // namespace decid::python

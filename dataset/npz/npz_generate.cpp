@@ -1,6 +1,7 @@
 // Generates a data set directly into its file: see npz.hpp, and journal.hpp for resuming. The unfinished file is the
 // beginning of the finished one, so resuming means skipping the existing sound part.
 #include <fcntl.h>
+#include <omp.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -85,8 +86,15 @@ class Partial {
   DiskFile& file() { return file_; }
   ChunkJournal& journal() { return journal_; }
 
-  /// Prepares the journal for reading, or begins it; refuses the file of another request.
+  /// Prepares the journal for reading, or begins it; refuses the file of another request, and another program's
+  /// journal.
   void take(const std::string& request) {
+    if (file_.size() == 0 && journal_.is_foreign()) {
+      std::error_code ignored;
+      fs::remove(paths_.file, ignored);
+      throw Error(Code::file_unsupported, paths_.journal.string(), "is not a journal of this decid's data sets",
+                  "delete it, or choose another output");
+    }
     const std::optional<std::string> found = journal_.request();
     // The journal's beginning reaches the disk before anything reaches the file, which is worthless without it.
     begun_ = file_.size() == 0;
@@ -219,7 +227,11 @@ class Run {
       finish_writing();
       written = &chunk;
       before = trials;
-      writing = std::async(std::launch::async, [this, &chunk] { return write(chunk); });
+      // A new thread has its own OpenMP team: it gets as many threads as the caller's.
+      writing = std::async(std::launch::async, [this, &chunk, threads = thread_count()] {
+        omp_set_num_threads(threads);
+        return write(chunk);
+      });
       const bool asked = !go_on();
       if (ranks_ == nullptr) stop = asked;
       asked_ = asked_ || asked;

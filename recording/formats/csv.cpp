@@ -111,6 +111,7 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
     add_row(line, cells);
     return true;
   });
+  if (names_.size() == 1) keep_blank_lines();
   if (rows_.empty())
     throw Error(Code::file_empty, where_, "holds no lines of data", "give a CSV file with lines of numbers");
   if (has_header_) add_units(preamble_.units, names_);
@@ -155,6 +156,41 @@ void CsvTable::add_row(std::string_view line, const std::vector<std::string_view
   if (!is_plain_) index_cells(cells);
   if (rows_.size() > max_rows)
     throw Error(Code::file_too_large, where_, "has more than 10 million rows", "cut it to one trial");
+}
+
+/// Makes the blank lines between the rows of one column rows without a value: each is a sample that was not written.
+/// Ignores them if all rows have as many between them, as in files whose lines end in CR CR LF. Throws Error for other
+/// files with more of them than half of the rows.
+void CsvTable::keep_blank_lines() {
+  std::vector<std::string_view> all;
+  std::vector<Place> cells;
+  std::size_t fewest = max_rows, most = 0;  // between two rows
+  for (std::size_t row = 0; row < rows_.size(); ++row) {
+    const std::size_t before = all.size();
+    const char* const end = row == 0 ? rows_[0].data() : rows_[row - 1].data() + rows_[row - 1].size();
+    for_every_line({end, static_cast<std::size_t>(rows_[row].data() - end)},
+                   [&](std::string_view line, std::size_t number) {
+                     if (number > 1 && trim(line).empty()) all.push_back(line.substr(0, 0));
+                     return all.size() < max_rows;
+                   });
+    if (row > 0) fewest = std::min(fewest, all.size() - before);
+    most = std::max(most, all.size() - before);
+    if (!is_plain_) {
+      cells.resize(all.size());
+      cells.push_back(cells_[row]);
+    }
+    all.push_back(rows_[row]);
+  }
+  if (most == 0 || fewest == most) return;
+  if (2 * (all.size() - rows_.size()) > rows_.size())
+    throw Error(Code::table_unclear, where_,
+                "has " + counted(std::ssize(all) - std::ssize(rows_), "blank line") + " between " +
+                    counted(std::ssize(rows_), "row") + " of one column",
+                "delete blank lines that are not missing samples");
+  if (all.size() > max_rows)
+    throw Error(Code::file_too_large, where_, "has more than 10 million rows", "cut it to one trial");
+  rows_ = std::move(all);
+  if (!is_plain_) cells_ = std::move(cells);
 }
 
 /// Returns true for a line after a blank line that is not a row of the table: a section's name or a footer.
@@ -388,10 +424,10 @@ void CsvTable::describe(std::vector<std::string> names, std::vector<StatedRate> 
 }
 
 std::string CsvTable::locate(std::size_t row) const {
-  std::size_t found = 0, lines = row_of_file(row) + 1 + static_cast<std::size_t>(header_lines_);
-  visit_lines([&](std::string_view, std::size_t line_number) {
+  std::size_t found = 0;
+  for_every_line(text_, [&](std::string_view line, std::size_t line_number) {
     found = line_number;
-    return --lines > 0;
+    return line.data() + line.size() < rows_[row].data();
   });
   return "line " + std::to_string(found);
 }

@@ -19,8 +19,9 @@ namespace decid::recording {
 /// Accepted: UTF-8, UTF-16 and Windows-1252; lines that end in LF, CR LF or CR; blank lines; comment lines (# or %);
 /// blanks around cells; quoted cells (on one line); a separator at the end of the lines; a decimal comma that cannot be
 /// a separator ("1,5;2,7", "1,5 2,7", a single column); lines above the table (preamble.hpp). A line of units below the
-/// header ("s,deg", "[s];[Grad]") becomes part of the names: "time (s)". A last line that ends in the middle is left
-/// out, with a warning.
+/// header ("s,deg", "[s];[Grad]") becomes part of the names: "time (s)". A blank line between the rows of one column is
+/// a row without a value, unless all rows have as many between them. A last line that ends in the middle is left out,
+/// with a warning.
 class CsvTable final : public Table {
  public:
   /// Reads a table. `where` names the file. `skip_lines`: the number of lines above the table; empty: decid finds it.
@@ -64,6 +65,7 @@ class CsvTable final : public Table {
   bool is_cut(std::string_view line) const;
   bool read_units(const std::vector<std::string_view>& cells);
   void check_row(const std::vector<std::string_view>& cells, std::size_t line_number) const;
+  void keep_blank_lines();
   void add_row(std::string_view line, const std::vector<std::string_view>& cells);
   void index_cells(const std::vector<std::string_view>& cells);
   std::string_view cell(std::size_t row, std::size_t column) const;

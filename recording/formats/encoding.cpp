@@ -45,6 +45,11 @@ std::size_t character(std::string_view text) {
                              : first < 0xF5 ? 4
                                             : 0;
   if (length == 0 || length > text.size()) return 0;
+  // Longer than needed, half of a surrogate pair, or beyond U+10FFFF.
+  const auto second = static_cast<unsigned char>(length > 1 ? text[1] : '\0');
+  if ((first == 0xE0 && second < 0xA0) || (first == 0xED && second > 0x9F) || (first == 0xF0 && second < 0x90) ||
+      (first == 0xF4 && second > 0x8F))
+    return 0;
   for (std::size_t i = 1; i < length; ++i)
     if ((static_cast<unsigned char>(text[i]) & 0xC0U) != 0x80U) return 0;
   return length;

@@ -10,6 +10,7 @@
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
 #include "base/text.hpp"
+#include "recording/formats/encoding.hpp"
 #include "recording/table/cells.hpp"
 
 namespace decid::recording {
@@ -57,7 +58,7 @@ std::optional<fs::path> file_beside(const fs::path& recording, std::string_view 
 
 /// Returns the channels' names, with units: "com_sway (deg)".
 std::vector<std::string> names_in(const fs::path& path) {
-  const std::string where = path.string(), text = read_file(path, max_description_bytes);
+  const std::string where = path.string(), text = to_utf8(read_file(path, max_description_bytes), where);
   std::vector<std::string> names;
   std::vector<std::string_view> cells, header;
   std::optional<std::size_t> name, type, units;

@@ -139,6 +139,12 @@ bool is_missing(std::string_view cell) {
                 {"", "nan", "-nan", "na", "n/a", "null", "none", "missing", "?", "-", "--", "---", ".", "#n/a", "#nv"});
 }
 
+bool is_comment(std::string_view line) {
+  line = trim(line);
+  if (line.starts_with('%')) return true;
+  return line.starts_with('#') && !is_missing(line.substr(0, line.find_first_of(",;|\t ")));
+}
+
 std::optional<std::string> unit_of_cell(std::string_view cell) {
   if (cell.size() >= 2 && (cell.front() == '[' || cell.front() == '(')) {
     if (cell.back() != (cell.front() == '[' ? ']' : ')')) return {};

@@ -14,10 +14,12 @@ namespace decid::recording {
 /// Returns the text without surrounding blanks and tabs.
 std::string_view trim(std::string_view text);
 
-/// Calls visit(line, number) for every line that is neither blank nor a comment (# or %), until it returns false. Lines
-/// end with LF, CR LF or CR; all lines count, from 1.
+/// Returns true for a line that begins with # or %, behind blanks, unless its first cell is a missing value (#N/A).
+bool is_comment(std::string_view line);
+
+/// Calls visit(line, number) for every line, from 1, until it returns false. Lines end with LF, CR LF or CR.
 template <class Visit>
-void for_each_line(std::string_view text, const Visit& visit) {
+void for_every_line(std::string_view text, const Visit& visit) {
   std::size_t line_number = 0;
   std::size_t newline = text.find('\n');  // the first one at or after `begin`
   for (std::size_t begin = 0; begin < text.size();) {
@@ -27,10 +29,18 @@ void for_each_line(std::string_view text, const Visit& visit) {
     begin += line.size();
     begin += text.substr(begin, 2) == "\r\n" ? 2 : 1;
     ++line_number;
-    const std::size_t first = line.find_first_not_of(" \t");
-    if (first == line.npos || line[first] == '#' || line[first] == '%') continue;
     if (!visit(line, line_number)) return;
   }
+}
+
+/// Calls visit(line, number) for every line that is neither blank nor a comment, until it returns false.
+template <class Visit>
+void for_each_line(std::string_view text, const Visit& visit) {
+  for_every_line(text, [&](std::string_view line, std::size_t number) {
+    const std::size_t first = line.find_first_not_of(" \t");
+    if (first == line.npos || ((line[first] == '#' || line[first] == '%') && is_comment(line))) return true;
+    return visit(line, number);
+  });
 }
 
 /// Returns the number of line ends in a text.

@@ -236,6 +236,19 @@ std::optional<StatedRate> stated_rate(const Table& table, const std::string& whe
   return rates.front();
 }
 
+namespace {
+
+/// Returns a column's times; none if a cell is missing or is not a time.
+std::vector<double> times_or_none(const Table& table, int column) {
+  try {
+    return table.times(column);
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+}  // namespace
+
 int find_time(const Table& table) {
   if (table.is_even()) return -1;
   if (table.has_header()) {
@@ -256,7 +269,8 @@ int find_time(const Table& table) {
   }
   const int column = table.first_column();
   if (table.columns() < 2 || table.rows(column) < 3) return -1;
-  const std::vector<double> first = table.times(column);
+  const std::vector<double> first = times_or_none(table, column);
+  if (first.empty()) return -1;
   const double step = (first.back() - first.front()) / static_cast<double>(first.size() - 1);
   for (const StatedRate& rate : table.stated_rates())  // a counter of samples has no rate
     if (std::abs(step * rate.hz - 1.0) > step_tolerance) return -1;

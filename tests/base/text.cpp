@@ -3,7 +3,44 @@
 
 #include <doctest/doctest.h>
 
+#include <clocale>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+
+#include "tests/helpers.hpp"
+
 using namespace decid;
+
+#ifndef __wasi__
+// glibc's file of a locale: a magic number per category, the number of fields, their offsets. Here: the decimal comma,
+// no separator of thousands, both again as wide characters, the encoding. Another C library rejects it.
+TEST_CASE("format: decimal points in a host's locale of decimal commas") {
+  using namespace std::string_literals;
+  const test::TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "comma");
+  std::string file;
+  for (const std::uint32_t number : {0x20031115U ^ LC_NUMERIC, 6U, 32U, 34U, 35U, 36U, 40U, 44U})
+    for (unsigned shift = 0; shift < 32; shift += 8) file += static_cast<char>(number >> shift & 0xFFU);
+  test::write_text(folder / "comma/LC_NUMERIC", file + ",\0\0\0,\0\0\0\0\0\0\0UTF-8\0"s);
+  REQUIRE(::setenv("LOCPATH", folder.path().c_str(), 1) == 0);
+  const bool is_set = std::setlocale(LC_NUMERIC, "comma") != nullptr;
+  ::unsetenv("LOCPATH");
+  if (!is_set) {
+    MESSAGE("skipped: the C library does not read the locale");
+    return;
+  }
+  char by_host[8];
+  std::snprintf(by_host, sizeof by_host, "%g", 1.5);
+  const std::string by_decid = format("%g", 1.5);
+  char afterwards[8];
+  std::snprintf(afterwards, sizeof afterwards, "%g", 1.5);
+  std::setlocale(LC_NUMERIC, "C");
+  CHECK(std::string(by_host) == "1,5");
+  CHECK(by_decid == "1.5");
+  CHECK(std::string(afterwards) == "1,5");
+}
+#endif
 
 TEST_CASE("counted: the plural of all but one") {
   CHECK(counted(0, "trial") == "0 trials");

@@ -48,6 +48,8 @@ TEST_CASE("Network: construction errors") {
   refused({65536, 65536, 65536}, "fc 3", decid::Code::setting_out_of_range, "268435456");
   for (const char* text : {"", " ;\n; ", "relu", "relu; fc 3"})
     refused({1, 4, 4}, text, decid::Code::setting_malformed, "network architecture");
+  for (const char* text : {"batchnorm; relu 6; fc 3", "batchnorm; relu relu; maxpool 2; fc 3"})
+    refused({1, 4, 4}, text, decid::Code::setting_malformed, "relu");
   refused({1, 4, 4}, "fc 3; maxpool 2", decid::Code::setting_malformed, "' maxpool 2'");
   refused({1, 4, 4}, "fc 3\nconv", decid::Code::setting_malformed, "'conv'");
 }

@@ -38,6 +38,18 @@ TEST_CASE("positions are sway at their height above the ankles") {
   check_error(reading("time,sway\n0,1\n0.01,4\n", {.metres_per_unit = 1.0}), Code::setting_missing, "com_height");
   check_error(reading("time,sway_deg\n0,1\n0.01,4\n", {.metres_per_unit = 1e-3}), Code::setting_missing,
               "unit mm declares sway_deg a length");
+  // A unit of angles for positions, and a unit of lengths for angles.
+  for (const Unit angle : {Unit::degree, Unit::radian, Unit::milliradian}) {
+    check_error(reading(text, {.column = "COM_x_mm", .unit = angle, .com_height_m = 0.95}), Code::setting_conflict,
+                "unit");
+    check_error(
+        reading("time,hip_mm,shoulder_mm\n0,1,2\n0.01,2,4\n",
+                {.unit = angle, .hip_column = "hip_mm", .shoulder_column = "shoulder_mm", .body_height_m = 1.7}),
+        Code::setting_conflict, "unit");
+  }
+  check_error(reading("time,leg,trunk\n0,1,2\n0.01,2,4\n",
+                      {.leg_column = "leg", .trunk_column = "trunk", .metres_per_unit = 1e-3}),
+              Code::setting_conflict, "unit");
   for (const double wrong : {-1.0, 0.0, std::nan(""), static_cast<double>(INFINITY)}) {
     check_error(reading(text, {.com_height_m = wrong}), Code::setting_out_of_range, "com_height");
     check_error(reading(text, {.body_height_m = wrong}), Code::setting_out_of_range, "height");

@@ -165,6 +165,34 @@ TEST_CASE("the noise's velocity in a trial is that of noise which never repeats,
   CHECK(worst(protocol) > 0.01);
 }
 
+// The period has 1,210,000 samples, and the harmonics fit into transforms of 80 values, 15,125 samples apart.
+TEST_CASE("VestibularNoiseMaker: a period with more transforms than the trial has samples") {
+  Protocol protocol;
+  protocol.noise.vestibular = {.low_hz = 0.0002, .high_hz = 0.003, .period_s = 12'100.0};
+  const VestibularNoiseMaker maker(protocol);
+  const auto values = static_cast<std::size_t>(protocol.samples()) + 1;
+  const Random random(2, streams::vestibular_noise, 4);
+  constexpr auto lanes = static_cast<std::size_t>(fft_lanes);
+  std::vector<double> rate(values), rates(values * lanes);
+  maker.velocity(0.7, random, rate);
+  maker.velocity_lanes(std::vector<double>{0.7}, std::vector<Random>{random}, rates);
+  double worst = 0.0, scale = 0.0;
+  for (std::size_t j = 0; j < values; j += 550) {
+    double sum = 0.0;
+    for (int k = 3; k <= 36; ++k) {
+      const double frequency_hz = k / 12'100.0, turn = 2.0 * pi * frequency_hz * static_cast<double>(j) / 100.0;
+      // sqrt(density df), and the factor from angle to velocity.
+      const double stddev = 0.7 * 0.2 * rad_per_deg / std::sqrt(k) * rate_per_angle(protocol, frequency_hz);
+      const auto normal = [&](int i) { return random.normal(static_cast<std::uint64_t>(i)); };
+      sum += stddev * (normal(2 * k + 1) * std::cos(turn) - normal(2 * k) * std::sin(turn));
+    }
+    worst = std::max({worst, std::abs(sum - rate[j]), std::abs(sum - rates[j * lanes])});
+    scale = std::max(scale, std::abs(sum));
+  }
+  CHECK(scale > 0.0);
+  CHECK(worst < 1e-12 * scale);
+}
+
 TEST_CASE("VestibularNoiseMaker: Nv scales, and is exactly zero at zero") {
   const VestibularNoiseMaker maker{Protocol{}};
   const Random random(2, streams::vestibular_noise, 4);

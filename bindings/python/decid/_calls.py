@@ -16,7 +16,7 @@ from ._checks import body_of, error as _error, flag, number, number_or, numbers_
 from ._network import Model, Protocol, as_model, as_protocol
 from ._results import Evaluation, Fit, Notice, Result, Study, result_of
 
-Path = Union[str, "os.PathLike[str]"]
+Path = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]"]
 
 _UNITS = {None: 0, "deg": 1, "rad": 2, "mrad": 3, "mm": 4, "cm": 5, "m": 6}
 _DETREND = {"none": 0, "offset": 1, "linear": 2}
@@ -139,7 +139,7 @@ def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] =
         raise _error("setting_out_of_range", "fill_gaps", f"is {longest:g} s", "give 0 to 60 s")
     recording = Recording.__new__(Recording)
     recording._handle = _decid.read_recording(
-        os.fspath(path), _text_of(column), _number_of(_UNITS, unit, "unit"), positive_or_0(rate, "rate", "Hz"),
+        os.fsencode(path), _text_of(column), _number_of(_UNITS, unit, "unit"), positive_or_0(rate, "rate", "Hz"),
         longest, _text_of(tilt_column), _angle_of(tilt_unit, "tilt_unit"),
         flag(invert_sway, "invert_sway"), flag(invert_tilt, "invert_tilt"),
         -1 if skip_lines is None else whole(skip_lines, "skip_lines", 0), positive_or_0(com_height, "com_height", "m"),
@@ -149,13 +149,13 @@ def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] =
     return recording
 
 
-def trial_names(path: Path, trial_column: str, *, skip_lines: Optional[int] = None,
+def trial_names(path: Path, trial_column: Union[str, int], *, skip_lines: Optional[int] = None,
                 section: Union[str, int, None] = None) -> List[str]:
     """Returns the names of the recordings in a file of several, for read(), in the order in which they begin.
 
         for name in decid.trial_names("long.csv", "subject,trial"):
             decid.identify(decid.read("long.csv", trial_column="subject,trial", trial=name))"""
-    return _decid.trial_names(os.fspath(path), trial_column, -1 if skip_lines is None else whole(skip_lines, "skip_lines", 0),
+    return _decid.trial_names(os.fsencode(path), _text_of(trial_column), -1 if skip_lines is None else whole(skip_lines, "skip_lines", 0),
                               _text_of(section))
 
 
@@ -219,10 +219,10 @@ def _recording_of(recording: Union[Recording, Trials, Path, ArrayLike], rate: Op
     if "mean_is_upright" in reading:
         raise _error("setting_conflict", "mean_is_upright", "follows from detrend", "leave it out")
     upright = detrend != "none"
-    if isinstance(recording, (str, os.PathLike)):
+    if isinstance(recording, (str, bytes, os.PathLike)):
         if "tilt" in reading:
             raise _error("setting_conflict", "tilt", "is for samples", "name the file's column with tilt_column")
-        of_body = {"height": height} if {"hip", "shoulder"} & set(reading) else {}
+        of_body = {"height": height} if {"com_height", "hip", "shoulder"} & set(reading) else {}
         return read(recording, rate=rate, unit=unit, mean_is_upright=upright, **of_body, **reading)
     if isinstance(recording, (Recording, Trials)):
         if reading:
@@ -248,7 +248,7 @@ def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optiona
     """Estimates the parameters with a model's network, in milliseconds; same bits as `decid identify`.
 
     recording: samples (samples,) with their rate in Hz and unit, "deg", "rad" or "mrad"; a file; a Recording; or Trials.
-    mass, height: of the person, kg and m; None for both: the protocol's body. read() also uses height, for hip and shoulder.
+    mass, height: of the person, kg and m; None for both: the protocol's body. read() also uses height, for com_height, hip and shoulder.
     begin: the protocol's start in s after the first sample; None: from the measured tilt, else 0.
     detrend: subtract the mean of whole cycles ("offset"), a line ("linear") or nothing ("none"). model: None is the built-in
     one. reading: other arguments of read() for a file, such as fill_gaps=0.4, or of Recording() for samples, such as
@@ -326,7 +326,7 @@ def study(sheet: Path, *, group: bool = False, within: Union[str, Sequence[str]]
     the same text in this column, such as "participant_id". free: parameters that then differ between the texts of another
     column, such as "theta,Nv:condition". max_draws, seed, controllers, progress: as in fit(), for fit=True; several controllers
     do not go with joint."""
-    text = _decid.study(as_model(model)._handle, os.fspath(sheet), flag(group, "group"), _list_of(within, "within"),
+    text = _decid.study(as_model(model)._handle, os.fsencode(sheet), flag(group, "group"), _list_of(within, "within"),
                         _list_of(covariates, "covariates"), flag(fit, "fit"), joint, free, whole(max_draws, "max_draws", 8), seed_of(seed),
                         _list_of(controllers, "controllers"), progress)
     return Study(text)
@@ -344,16 +344,16 @@ class Dataset:
         """Simulates valid trials, as `decid dataset` does. base: number of trials drawn from the ranges; the rest are
         children of large sways; 0: all. path: write to this .npz file, for sets that memory does not hold."""
         return cls(_decid.make_dataset(as_protocol(protocol)._handle, whole(count, "count"), whole(base, "base"), seed_of(seed),
-                                       None if path is None else os.fspath(path), progress))
+                                       None if path is None else os.fsencode(path), progress))
 
     @classmethod
     def read(cls, path: Path) -> Dataset:
         """Opens an .npz file that decid has written. Its sway stays on disk."""
-        return cls(_decid.read_dataset(os.fspath(path)))
+        return cls(_decid.read_dataset(os.fsencode(path)))
 
     def write(self, path: Path) -> None:
         """Writes a data set in memory as an .npz file, completely or not at all; numpy.load opens it."""
-        self._handle.write(os.fspath(path))
+        self._handle.write(os.fsencode(path))
 
     def __len__(self) -> int:
         return self._handle.trials
@@ -439,7 +439,7 @@ def train(data: Union[Dataset, Protocol, Path], *, preset: str = "best", archite
             raise _error("setting_out_of_range", name, f"is {value}", f"give {least} or more")
         return value
 
-    if isinstance(data, (str, os.PathLike)) and os.fspath(data).endswith(".npz"):
+    if isinstance(data, (str, bytes, os.PathLike)) and os.fsencode(data).endswith(b".npz"):
         data = Dataset.read(data)
     dataset = data._handle if isinstance(data, Dataset) else None
     protocol = None if isinstance(data, Dataset) else as_protocol(data)._handle

@@ -28,9 +28,9 @@ class ParameterInfo:
 class Protocol:
     """Platform movement, body, controller and recording: "default", "short" or a JSON file."""
 
-    def __init__(self, name_or_path: Union[str, os.PathLike[str]] = "default", controller: Optional[str] = None) -> None:
+    def __init__(self, name_or_path: Union[str, bytes, os.PathLike[str], os.PathLike[bytes]] = "default", controller: Optional[str] = None) -> None:
         """controller: a name of decid.controllers(); None: the protocol's own. It determines the parameters."""
-        self._handle = _decid.load_protocol(os.fspath(name_or_path), controller)
+        self._handle = _decid.load_protocol(os.fsencode(name_or_path), controller)
 
     @classmethod
     def _of(cls, handle: _decid.Protocol) -> Protocol:
@@ -81,7 +81,7 @@ def _protocol_of_json(text: str) -> Protocol:
         return Protocol(path)
 
 
-def as_protocol(protocol: Union[Protocol, str, os.PathLike[str]]) -> Protocol:
+def as_protocol(protocol: Union[Protocol, str, bytes, os.PathLike[str], os.PathLike[bytes]]) -> Protocol:
     return protocol if isinstance(protocol, Protocol) else Protocol(protocol)
 
 
@@ -128,8 +128,8 @@ class Model:
     """A trained model: of a file that `decid train` or Model.save() wrote, or the built-in one. It does not change, so
     threads may share it."""
 
-    def __init__(self, path: Union[str, os.PathLike[str], None] = None) -> None:
-        self._handle = _decid.load_model(None if path is None else os.fspath(path))
+    def __init__(self, path: Union[str, bytes, os.PathLike[str], os.PathLike[bytes], None] = None) -> None:
+        self._handle = _decid.load_model(None if path is None else os.fsencode(path))
 
     @classmethod
     def _of(cls, handle: _decid.Model) -> Model:
@@ -156,9 +156,9 @@ class Model:
         """SHA-256 of the weights."""
         return self._handle.sha256
 
-    def save(self, path: Union[str, os.PathLike[str]]) -> None:
+    def save(self, path: Union[str, bytes, os.PathLike[str], os.PathLike[bytes]]) -> None:
         """Writes the model file, completely or not at all."""
-        self._handle.save(os.fspath(path))
+        self._handle.save(os.fsencode(path))
 
     def __reduce__(self) -> tuple[Any, ...]:
         with tempfile.TemporaryDirectory() as folder:
@@ -186,7 +186,7 @@ def built_in() -> Model:
     return Model()
 
 
-def as_model(model: Union[Model, str, os.PathLike[str], None]) -> Model:
+def as_model(model: Union[Model, str, bytes, os.PathLike[str], os.PathLike[bytes], None]) -> Model:
     if model is None:
         return built_in()
     return model if isinstance(model, Model) else Model(model)

@@ -18,7 +18,7 @@ decid.Error; only the functions that fit() calls may read it. Different networks
 """
 from dataclasses import dataclass
 from functools import partial
-from os import PathLike, fspath
+from os import PathLike, fsencode
 from types import MappingProxyType
 from typing import Any, Callable, Mapping, Optional, Tuple, Union
 
@@ -111,7 +111,7 @@ class Network:
     def fit(self, inputs, targets=None, *, loss: Union[str, Callable[[np.ndarray, np.ndarray], Tuple[Any, Any]]] = "squared-error",
             optimiser: Union[str, Optimiser] = "adamw", epochs: int = 10, batch: int = 64, learning_rate: float = 1e-3,
             schedule: str = "cosine", warmup_epochs: float = 0, clip_norm: float = 0, average: float = 0,
-            frozen_lines: int = 0, validation=0.1, patience: int = 0, seed: int = 1, checkpoint: Union[str, PathLike] = "",
+            frozen_lines: int = 0, validation=0.1, patience: int = 0, seed: int = 1, checkpoint: Union[str, bytes, PathLike] = "",
             callback: Optional[Callable[[Epoch], None]] = None) -> Log:
         """Trains the network. inputs and targets: arrays, or Samples and None.
 
@@ -138,7 +138,7 @@ class Network:
             self._samples(inputs, targets, loss, ""), _loss_of(loss), _optimiser_of(optimiser), whole(epochs, "epochs"),
             whole(batch, "batch"), number(learning_rate, "learning_rate"), words(schedule, "schedule"), number(warmup_epochs, "warmup_epochs"),
             number(clip_norm, "clip_norm"), number(average, "average"), whole(frozen_lines, "frozen_lines"), fraction,
-            samples, whole(patience, "patience"), seed_of(seed), fspath(checkpoint),
+            samples, whole(patience, "patience"), seed_of(seed), fsencode(checkpoint),
             None if callback is None else lambda *row: callback(Epoch(*row)))
         return Log([Epoch(*row) for row in rows], kept)
 
@@ -186,9 +186,9 @@ class Network:
         """Returns the fraction of samples whose largest output is that of their label, a class from 0."""
         return self._network.accuracy(_floats(inputs, "inputs"), _floats(labels, "labels"))
 
-    def save(self, path: Union[str, PathLike]) -> None:
+    def save(self, path: Union[str, bytes, PathLike]) -> None:
         """Writes a safetensors file, which decid info, decid export and nn::read_network read."""
-        self._network.save(fspath(path))
+        self._network.save(fsencode(path))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """For pickle and copy: the bytes of the file that save() writes."""
@@ -264,6 +264,6 @@ def _of_bytes(content: bytes) -> Network:
     return _of(_nn.of_bytes(content))
 
 
-def load(path: Union[str, PathLike]) -> Network:
+def load(path: Union[str, bytes, PathLike]) -> Network:
     """Returns the network of a file."""
-    return _of(_nn.load(fspath(path)))
+    return _of(_nn.load(fsencode(path)))

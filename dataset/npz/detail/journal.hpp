@@ -21,6 +21,7 @@ class ChunkJournal {
  public:
   explicit ChunkJournal(const std::filesystem::path& path) : journal_(path, "decid journal 2") {}
 
+  bool is_foreign() const { return journal_.is_foreign(); }
   std::optional<std::string> request() { return journal_.request(); }
   void start(const std::string& request) { journal_.start(request); }
 

@@ -213,6 +213,12 @@ void check_options(const RecordingOptions& options) {
   if (!options.ankle_column.empty() && !markers && !options.com_height_m)
     throw Error(Code::setting_missing, setting("ankle"), "no positions refer to it",
                 "give " + setting("com_height") + ", or " + setting("hip") + " and " + setting("shoulder"));
+  if (options.unit && (markers || options.com_height_m))
+    throw Error(Code::setting_conflict, setting("unit"), "is a unit of angles; the sway comes from positions",
+                "give mm, cm or m, or leave it out");
+  if (options.metres_per_unit && segments)
+    throw Error(Code::setting_conflict, setting("unit"), "is a unit of positions; the sway comes from angles",
+                "give deg, rad or mrad, or leave it out");
   if (options.com_height_m && !(*options.com_height_m > 0.0 && std::isfinite(*options.com_height_m)))
     throw Error(Code::setting_out_of_range, setting("com_height"), "is " + three_digits(*options.com_height_m) + " m",
                 "give metres above the ankles");

@@ -165,11 +165,14 @@ class TableStart {
     if (fits(0) && std::ranges::any_of(cells(first_ - 1), is_value)) return 0;
     // A single name above one column is clear only if it has an angle's unit.
     if (row_.size() == 1 && !unit_in(lines_[first_ - 1].text)) return 0;
+    std::size_t top = first_;  // of the rows, the first of which may have no values
+    while (top > 0 && fits(top - 1) && std::ranges::all_of(cells(top - 1), is_missing)) --top;
+    if (top == 0) return 0;
     // The header is the lowest line above that does not hold units; a line with a time is preferred.
-    std::size_t header = first_;
-    if (fits(first_ - 1)) header = first_ - 1;
-    if (header > 0 && header < first_ && are_units(cells(header)) && fits(header - 1)) --header;
-    for (std::size_t line = first_; line-- > 0 && fits(line);)
+    std::size_t header = top;
+    if (fits(top - 1)) header = top - 1;
+    if (header > 0 && header < top && are_units(cells(header)) && fits(header - 1)) --header;
+    for (std::size_t line = top; line-- > 0 && fits(line);)
       if (has_time(line)) header = line;
     for (std::size_t line = 0; line < header; ++line) {
       const auto values = cells(line);

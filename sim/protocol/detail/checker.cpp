@@ -3,9 +3,9 @@
 
 #include <charconv>
 #include <cmath>
-#include <sstream>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
 #include "sim/protocol/experiment.hpp"
 
 namespace decid::sim {
@@ -15,10 +15,7 @@ int milliseconds(double seconds) {
 }
 
 std::string setting_text(double value) {
-  std::ostringstream out;
-  out.precision(10);
-  out << value;
-  return out.str();
+  return format("%.10g", value);
 }
 
 std::string given_text(double value) {

@@ -1,7 +1,9 @@
 // Tests of base/files/file.hpp: content, replacement in one step, and every error path that root meets too.
 #include "base/files/file.hpp"
 
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -72,6 +74,18 @@ TEST_CASE("read_file: limits, a file of unknown size, errors") {
   CHECK(contains(read_file("/proc/self/status"), "Pid:"));
   check_error([&] { read_file(folder / "none"); }, Code::file_missing, (folder / "none").string());
   check_error([&] { read_file(folder / ""); }, Code::file_unreadable, folder.path().string());
+}
+
+TEST_CASE("write_file: an output that cannot be opened is unwritable, not unreadable") {
+  const TemporaryFolder folder;
+  const fs::path path = folder / "socket";
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  REQUIRE(path.native().copy(address.sun_path, sizeof address.sun_path - 1) == path.native().size());
+  const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  REQUIRE(::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  check_error([&] { write_file(path, "new"); }, Code::file_unwritable, path.string());
+  ::close(socket);
 }
 
 TEST_CASE("write_file: errors leave the old file and nothing else") {

@@ -207,6 +207,9 @@ class Networks(unittest.TestCase):
         expected = net.predict(inputs)
         for shape in ((4, 2, 3), (4, 6), (4, 1, 2, 3)):
             np.testing.assert_array_equal(net.predict(inputs.reshape(shape)), expected)
+        single = nn.Network((1, 1, 1), "fc 2")
+        single.initialise(1)
+        np.testing.assert_array_equal(single.predict([1.0, 2.0, 3.0]), single.predict([[1.0], [2.0], [3.0]]))
         net.fit(inputs, targets, epochs=1, validation=(inputs, targets))
         net.fit(inputs, [0, 1, 2, 0], loss="cross-entropy", epochs=1, validation=0)
         for call in (lambda: net.predict(inputs.reshape(4, 3, 2)), lambda: net.predict(inputs.reshape(4, 3, 1, 2)),

@@ -127,6 +127,7 @@ class Identification(WithFolder):
             wanted -= {*reading, *keywords}
         self.assertEqual(wanted, set())
         self.assertEqual(decid.trial_names(self.folder / "trials.csv", "subject"), ["s1", "s2"])
+        self.assertEqual(decid.trial_names(self.folder / "trials.csv", 1), ["s1", "s2"])
         self.assertEqual(len(decid.trial_names(self.folder / "trials.csv", "subject", skip_lines=0)), 2)
         offset = decid.Recording(sway + 25, 100, "deg", mean_is_upright=True)
         self.assertNotIn("large_sway", [notice.code for notice in offset.warnings])
@@ -541,10 +542,27 @@ class Refusals(WithFolder):
         self.assertEqual(str(error), f"{error.where}: {error.problem}; {error.remedy}")
         self.assertTrue(error.remedy)
 
+    def test_paths_that_are_not_utf8(self):
+        from decid import nn
+        path = self.folder / os.fsdecode(b"\xff.csv")
+        for given in (path, str(path), os.fsencode(path)):
+            self.refused("file_missing", decid.read, given)
+            self.refused("file_missing", decid.identify, given)
+            self.refused("file_missing", decid.study, given)
+            self.refused("file_missing", decid.Model, given)
+            with self.assertRaises(decid.Error) as caught:
+                nn.load(given)
+            self.assertEqual(os.fsencode(caught.exception.where), os.fsencode(path))
+        expected = decid.read(self.trial()).sway
+        (self.folder / "trial.csv").rename(path)
+        for given in (path, str(path), os.fsencode(path)):
+            np.testing.assert_array_equal(decid.read(given).sway, expected)
+
     def test_bad_input(self):
         sway = decid.simulate(seed=7).sway
         self.refused("file_missing", decid.read, "no.csv")
         self.refused("setting_missing", decid.identify, sway)
+        self.refused("setting_out_of_range", decid.identify, self.trial(), unit="cm", com_height=1.9, mass=70, height=1.75)
         self.refused("setting_missing", decid.Recording, sway, 100, None)
         self.refused("setting_unknown", decid.identify, sway, 100, "grad")
         self.refused("setting_unknown", decid.identify, sway, 100, "rad", detrend="no")

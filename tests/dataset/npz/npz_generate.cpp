@@ -176,9 +176,14 @@ TEST_CASE("an unfinished file of another request is refused and left as it is") 
     check_error([&] { generate_npz(stopped.path, request(), program); }, Code::file_damaged, "a.npz.partial");
     CHECK(read_text(stopped.partial.file) == file);
   }
+  // Another program's file of the journal's name is not decid's to empty.
+  fs::remove(stopped.partial.file);
+  write_text(stopped.partial.journal, "a diary");
+  check_error([&] { generate_npz(stopped.path, request(), program); }, Code::file_unsupported, "a.npz.partial.journal");
+  CHECK(read_text(stopped.partial.journal) == "a diary");
+  CHECK_FALSE(fs::exists(stopped.partial.file));
   // A journal alone holds nothing of worth.
   write_text(stopped.partial.journal, journal);
-  fs::remove(stopped.partial.file);
   other = request();
   other.seed = 5;
   generate_npz(stopped.path, other, program);

@@ -128,6 +128,49 @@ TEST_CASE("csv: comments, blank lines, byte order mark, line ends and a last sep
   check_table("a,b\n1.5,3,\n-2.25,4\n", a_b, numbers);
 }
 
+TEST_CASE("csv: a line that begins with a spreadsheet's missing value is a row, not a comment") {
+  const auto kept = [](const std::string& text, int column) {
+    std::vector<double> values = CsvTable(text, "t.csv").numbers(column, Missing::kept);
+    for (double& value : values) value = std::isnan(value) ? -99.0 : value;
+    return values;
+  };
+  const double missing = -99.0;
+  for (const std::string cell : {"#N/A", "#NV", "#n/a", " #N/A "}) {
+    CAPTURE(cell);
+    CHECK(kept("sway_deg\n1\n" + cell + "\n3\n4\n", 0) == std::vector{1.0, missing, 3.0, 4.0});
+    CHECK(kept("sway_deg\n" + cell + "\n2\n3\n4\n", 0) == std::vector{missing, 2.0, 3.0, 4.0});
+    CHECK(kept("a,b\n1,2\n" + cell + ",3\n4,5\n", 0) == std::vector{1.0, missing, 4.0});
+    CHECK(kept("a;b\n" + cell + ";" + cell + "\n1;2\n4;5\n6;7\n", 0) == std::vector{missing, 1.0, 4.0, 6.0});
+  }
+  for (const std::string comment : {"# a remark", "#", "%", "#Nx", "# , 1", "#,1"})
+    CHECK(kept("a,b\n1,2\n" + comment + "\n4,5\n", 0) == std::vector{1.0, 4.0});
+  check_error(taking("sway_deg\n1\n#N/A\n3\n", 0), Code::value_missing, "line 3");
+}
+
+TEST_CASE("csv: a blank line between the rows of one column is a missing sample") {
+  const auto kept = [](const std::string& text) {
+    std::vector<double> values = CsvTable(text, "t.csv").numbers(0, Missing::kept);
+    for (double& value : values) value = std::isnan(value) ? -99.0 : value;
+    return values;
+  };
+  const double missing = -99.0;
+  for (const std::string end : {"\n", "\r\n", "\r"}) {
+    std::string text = "\n\nsway_deg\n\n1\n2\n\n4\n# a pause\n5\n \n\n8\n9\n10\n\n\n";
+    for (std::size_t at = 0; (at = text.find('\n', at)) != text.npos; at += end.size()) text.replace(at, 1, end);
+    CHECK(kept(text) == std::vector{1.0, 2.0, missing, 4.0, 5.0, missing, missing, 8.0, 9.0, 10.0});
+    check_error(taking(text, 0), Code::value_missing, "line 7");
+    const CsvTable table(text, "t.csv");
+    CHECK(table.locate(3) == "line 8");
+    CHECK(table.locate(9) == "line 15");
+  }
+  CHECK(kept("\"1\"\n\"2\"\n\n\"4\"\n") == std::vector{1.0, 2.0, missing, 4.0});
+  // As many between all rows: the program's line ends. A few more than half: unclear.
+  CHECK(kept("1\r\r\n2\r\r\n3\r\r\n4\r\r\n") == std::vector{1.0, 2.0, 3.0, 4.0});
+  CHECK(kept("sway\n\n\n1\n\n\n2\n\n\n3\n") == std::vector{1.0, 2.0, 3.0});
+  check_error(making("1\n\n2\n\n3\n4\n\n5\n"), Code::table_unclear, "3 blank lines");
+  CHECK(kept("a,b\n1,2\n\n3,4\n5,6\n") == std::vector{1.0, 3.0, 5.0});  // of several columns: no samples
+}
+
 TEST_CASE("csv: rows are found in the file") {
   const CsvTable table("# c\n\na,b\ns,deg\r\n1,2\n\n# c\n3,4\r5,6\n", "t.csv");
   REQUIRE(table.rows(0) == 3);

@@ -44,6 +44,11 @@ TEST_CASE("text in UTF-8, UTF-16 and Windows-1252 is the same text") {
         "\xEF\xBF\xBD"
         "A");  // half of a pair
   CHECK(to_utf8("\x80 \x9F \xFF", "t") == "\xE2\x82\xAC \xC5\xB8 \xC3\xBF");
+  // Surrogates, code points beyond U+10FFFF, and more bytes than needed are not UTF-8.
+  CHECK(to_utf8("\xED\xA0\x80", "t") == "\u00ED\u00A0\u20AC");
+  CHECK(to_utf8("\xF4\x90\x80\x80", "t") == "\u00F4\u0090\u20AC\u20AC");
+  CHECK(to_utf8("\xE0\x81\x81", "t") == "\u00E0\u0081\u0081");
+  CHECK(to_utf8("\xED\x9F\xBF \xF4\x8F\xBF\xBF", "t") == "\xED\x9F\xBF \xF4\x8F\xBF\xBF");
   CHECK(to_utf8("\xC3\xB6\xF6", "t") == "\xC3\x83\xC2\xB6\xC3\xB6");  // not all of it is UTF-8: none is
   check_error([] { to_utf8(std::string("ab\0cd\0\0\0efgh", 12), "t.csv"); }, Code::file_unsupported, "t.csv");
   check_one_two_three("\xFF\xFE" + utf16("time;sway_deg\r\n0;1\r\n0,01;2\r\n0,02;3\r\n", true));

@@ -40,6 +40,14 @@ TEST_CASE("motion-BIDS: names, units and the rate, also from the data set's fold
   const auto& sway = read.signals.at(recording::com_sway);
   CHECK(sway.column == "com_sway (deg)");
   CHECK(near(sway.rad[100], std::sin(5.0) * std::acos(-1.0) / 180.0, 1e-4));
+  // The encodings that tables have: UTF-8 with a mark, and UTF-16.
+  std::string wide = "\xFF\xFE";
+  for (const char* c = channels; *c != '\0'; ++c) wide += {*c, '\0'};
+  for (const std::string& text : {"\xEF\xBB\xBF" + std::string(channels), wide}) {
+    write_text(folder / (stem + "_channels.tsv"), text);
+    CHECK(recording::read_recording(motion, {}).signals.at(recording::com_sway).column == "com_sway (deg)");
+  }
+  write_text(folder / (stem + "_channels.tsv"), channels);
   recording::RecordingOptions third;
   third.column = "extra";
   check_error([&] { recording::read_recording(motion, third); }, Code::value_missing);  // n/a

@@ -170,6 +170,8 @@ TEST_CASE("columns: without a header a first column that rises evenly is time") 
   CHECK(time_of("0 5\n1 5\n9 6\n") == -1);  // uneven
   CHECK(time_of("2 5\n1 5\n0 6\n") == -1);  // falls
   CHECK(time_of("0\n1\n2\n") == -1);        // alone
+  CHECK(time_of("0 5\nnan 5\n2 6\n") == -1);
+  CHECK(time_of("0;5\n;5\n2;6\n") == -1);
   CHECK(time_of("a,b\n0,5\n1,5\n2,6\n") == -1);
   CHECK(time_of("a,t_x\n0,5\n1,5\n2,6\n") == 1);
 }

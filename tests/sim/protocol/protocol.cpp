@@ -4,9 +4,11 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <locale>
 
 #include "base/error.hpp"
 #include "sim/noise.hpp"
+#include "sim/protocol/detail/checker.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid::sim;
@@ -18,6 +20,20 @@ const auto not_a_number = std::numeric_limits<double>::quiet_NaN();
 const auto infinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
+
+TEST_CASE("setting_text: a decimal point whatever locale the host has set for streams") {
+  struct Comma : std::numpunct<char> {
+    char do_decimal_point() const override { return ','; }
+    char do_thousands_sep() const override { return '.'; }
+    std::string do_grouping() const override { return "\3"; }
+  };
+  const std::locale before = std::locale::global(std::locale(std::locale::classic(), new Comma));
+  const std::string half = setting_text(0.5), large = setting_text(12'100.0), third = setting_text(1.0 / 3.0);
+  std::locale::global(before);
+  CHECK(half == "0.5");
+  CHECK(large == "12100");
+  CHECK(third == "0.3333333333");
+}
 
 TEST_CASE("Protocol::validate: every bound") {
   // `setting`: part of what the error says.
