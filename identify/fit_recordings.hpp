@@ -39,7 +39,7 @@ std::vector<FitGroup> with_singletons(std::vector<FitGroup> groups, std::size_t 
 class Fitter {
  public:
   /// model: its network supplies estimates if it covers the experiment; may be null. body: the person's or robot's;
-  /// empty: the protocol's. Throws Error if the protocol cannot be fitted.
+  /// empty: the protocol's. Throws Error if the protocol cannot be fitted, or the request frees and fixes a parameter.
   Fitter(const Model* model, sim::Protocol protocol, const std::optional<sim::Body>& body, FitRequest request);
   Fitter(const Fitter&) = delete;
   Fitter& operator=(const Fitter&) = delete;
