@@ -65,7 +65,7 @@ class Callback {
     const py::gil_scoped_acquire locked;
     try {
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      if (!function_.is_none()) function_(arguments...);
+      if (!function_.is_none()) function_(argument(arguments)...);
       return 0;
     } catch (...) {
       raised_ = std::current_exception();
@@ -84,7 +84,7 @@ class Callback {
   }
 
   static int progress(void* self, double done, const char* stage) {
-    return static_cast<Callback*>(self)->call(done, text_of(stage));
+    return static_cast<Callback*>(self)->call(done, stage);
   }
   static int training(void* self, const decid_training* at) {
     return static_cast<Callback*>(self)->call(at->epoch, at->epochs, at->done, at->trials, at->epoch_is_over != 0,
@@ -92,6 +92,12 @@ class Callback {
   }
 
  private:
+  template <class T>
+  static const T& argument(const T& value) {
+    return value;
+  }
+  static py::str argument(const char* text) { return text_of(text); }
+
   py::object function_;
   std::exception_ptr raised_;
 };
