@@ -78,7 +78,7 @@ TEST_CASE("warnings of a posterior: quantities at the end of their priors, and c
   CHECK(test::contains(start.text, "prior_start"));
   CHECK_FALSE(test::contains(start.text, "ranges"));
   CHECK(of_edges(starts_late, NetworkUse::answers).severity == Severity::info);
-  const Warning gain = of_edges([](posterior::State& state) { state.gain = 1.2; }, NetworkUse::beside);
+  const Warning gain = of_edges([](posterior::State& state) { state.gain = 1.15; }, NetworkUse::beside);
   CHECK(gain.severity == Severity::info);
   CHECK(test::contains(gain.text, "prior_gain"));
   const auto stiffest = [&](posterior::State& state) { state.parameters[sim::Kp] = density.ranges()[sim::Kp].high; };
@@ -173,6 +173,36 @@ TEST_CASE("warnings of a posterior: several ends, divergences, and noise that th
   CHECK_FALSE(severity("divergences", usual, few + 1, NetworkUse::answers));
 
   // Noise: white of at most the model's own error; white far above that of the highest frequencies; a slow one of more
+  // A scale beyond 2.5 standard deviations of its prior, in either direction, is a caution instead of an end of the
+  // prior. It counts as an end where others are, and a known gain has no prior.
+  const auto of_scale = [&](double gain) {
+    posterior::State state = usual;
+    state.gain = gain;
+    return state;
+  };
+  for (const double sign : {-1.0, 1.0}) {
+    const posterior::State likely = of_scale(std::exp(sign * 2.4 * 0.06)),
+                           unlikely = of_scale(std::exp(sign * 2.6 * 0.06));
+    for (const NetworkUse network : {NetworkUse::none, NetworkUse::beside, NetworkUse::answers}) {
+      CHECK_FALSE(severity("scale_unlikely", likely, 0, network));
+      CHECK(severity("at_edge", likely, 0, network) == Severity::info);
+      CHECK(severity("scale_unlikely", unlikely, 0, network) == Severity::caution);
+      CHECK_FALSE(severity("at_edge", unlikely, 0, network));
+    }
+  }
+  posterior::State three_and_gain = at_ends;
+  three_and_gain.parameters[sim::Kd_pass] = usual.parameters[sim::Kd_pass];
+  three_and_gain.gain = 1.36;
+  CHECK(severity("at_edge", three_and_gain, 0, NetworkUse::none) == Severity::invalid);
+  test::set_posterior(found, std::vector(found.states().size(), three_and_gain), found.rhat(), found.effective_draws());
+  const Warnings first = posterior_warnings(density, observation, found, NetworkUse::none);
+  CHECK(first.front().code == "scale_unlikely");
+  CHECK(test::contains(first.front().text, "1.36"));
+  const posterior::Density known(protocol, {.gain = 0.0});
+  posterior::Posterior of_known = posterior::sample(known, observation, test::quick());
+  for (const Warning& one : posterior_warnings(known, observation, of_known, NetworkUse::none))
+    CHECK(one.code != "scale_unlikely");
+
   // than half of the sway.
   double squares = 0.0;
   for (const double sway : observation.sway) squares += sway * sway;
