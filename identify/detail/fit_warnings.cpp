@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <string_view>
 
 #include "base/setting.hpp"
 #include "base/text.hpp"
@@ -30,10 +31,10 @@ constexpr double min_believed_noise_deg = 2e-3;
 constexpr double unexplained_white = 3.0;  // over the white noise that the highest frequencies have
 constexpr double unexplained_slow = 0.5;   // over the sway's standard deviation
 constexpr double contradiction_sd = 3.5;
-/// Response gains (recording/trial.hpp) that a sway without a response exceeds with a probability of 5% and 2%
 /// Of the gain's prior. Posterior means of gains that the prior describes are nearer in 98.8% of trials or more,
 /// because they vary less than the gains.
 constexpr double unlikely_scale_sd = 2.5;
+/// Response gains (recording/trial.hpp) that a sway without a response exceeds with a probability of 5% and 2%
 /// (63 and 21 of 1,200 recordings of other stimuli).
 /// The second one holds with quantities at the ends of their priors; with one of them, weak but sound responses have it
 /// too.
@@ -65,7 +66,6 @@ std::string settings_of(const std::vector<int>& quantities) {
   return joined(names, ", ");
 }
 
-Warnings edge_warnings(const Density& density, const Posterior& found, NetworkUse network) {
 /// Returns the mean of the gain's logarithm in standard deviations of its prior; 0 for a known gain.
 double scale_off_prior(const Density& density, const Posterior& found) {
   if (!density.infers(Density::gain)) return 0.0;
@@ -83,6 +83,7 @@ Warnings scale_warnings(const Density& density, const Posterior& found) {
                   found.mean(Density::gain), found.stddev(Density::gain), std::abs(off))}};
 }
 
+Warnings edge_warnings(const Density& density, const Posterior& found, NetworkUse network) {
   const std::vector<int> edges = at_edge(density, found, outer);
   const bool from_network = network == NetworkUse::answers;
   const std::vector<int> last = from_network ? std::vector<int>() : at_edge(density, found, outermost);
@@ -92,12 +93,12 @@ Warnings scale_warnings(const Density& density, const Posterior& found) {
   const Severity severity = is_refused                  ? Severity::invalid
                             : leans || starts_elsewhere ? Severity::caution
                                                         : Severity::info;
-  return {{severity, "at_edge",
   std::vector<int> named = edges;
   // A wider prior would hide the cause that `scale_unlikely` names.
   if (severity == Severity::info && std::abs(scale_off_prior(density, found)) > unlikely_scale_sd)
     std::erase(named, int{Density::gain});
   if (named.empty()) return {};
+  return {{severity, "at_edge",
            "at the end of the prior: " + quantity_names(density, named) +
                (is_refused || leans ? "; the recording may not be of this model"
                                     : "; the true value may lie beyond it (" + settings_of(named) + ")")}};
@@ -218,6 +219,14 @@ Warnings tilt_warnings(const Density& density, const Posterior& found, const rec
                   : "the platform may have played another stimulus, or the column is not the sway; check " +
                         setting("protocol") + ", " + setting("begin") + " and " + setting("column");
   return {{severity, "tilt_not_followed", "the sway does not measurably follow the tilt" + at_ends + remedy}};
+}
+
+Warnings refuse_unexplained(Warnings warnings) {
+  const auto has = [&](std::string_view code) { return std::ranges::count(warnings, code, &Warning::code) > 0; };
+  if (!has("out_of_distribution") || !(has("unexplained_sway") || has("unlike_simulated"))) return warnings;
+  for (Warning& warning : warnings)
+    if (warning.code == "tilt_not_followed") warning.severity = Severity::invalid;
+  return warnings;
 }
 
 Warnings contradiction_warnings(const sim::ParameterTable& table, const Posterior& found,

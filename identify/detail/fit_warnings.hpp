@@ -36,6 +36,11 @@ bool may_not_follow_tilt(const recording::Trial& trial);
 Warnings tilt_warnings(const posterior::Density& density, const posterior::Posterior& found,
                        const recording::Trial& trial);
 
+/// Returns the warnings of a fit with `tilt_not_followed` as invalid if the network warns (`out_of_distribution`) and
+/// the draws do not explain the recording (`unexplained_sway` or `unlike_simulated`). Each of the three also occurs for
+/// sound recordings.
+Warnings refuse_unexplained(Warnings warnings);
+
 /// Returns `network_disagrees` if the posterior's and the network's means of a parameter are further apart than 3.5 of
 /// their joint standard deviations.
 Warnings contradiction_warnings(const sim::ParameterTable& table, const posterior::Posterior& found,

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <optional>
 
+#include "identify/result.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/sampling/quick.hpp"
 #include "tests/posterior/sampling/set_posterior.hpp"
@@ -172,7 +173,6 @@ TEST_CASE("warnings of a posterior: several ends, divergences, and noise that th
   CHECK(severity("divergences", usual, few + 1, NetworkUse::beside) == Severity::caution);
   CHECK_FALSE(severity("divergences", usual, few + 1, NetworkUse::answers));
 
-  // Noise: white of at most the model's own error; white far above that of the highest frequencies; a slow one of more
   // A scale beyond 2.5 standard deviations of its prior, in either direction, is a caution instead of an end of the
   // prior. It counts as an end where others are, and a known gain has no prior.
   const auto of_scale = [&](double gain) {
@@ -203,6 +203,7 @@ TEST_CASE("warnings of a posterior: several ends, divergences, and noise that th
   for (const Warning& one : posterior_warnings(known, observation, of_known, NetworkUse::none))
     CHECK(one.code != "scale_unlikely");
 
+  // Noise: white of at most the model's own error; white far above that of the highest frequencies; a slow one of more
   // than half of the sway.
   double squares = 0.0;
   for (const double sway : observation.sway) squares += sway * sway;
@@ -221,6 +222,32 @@ TEST_CASE("warnings of a posterior: several ends, divergences, and noise that th
   CHECK_FALSE(severity("unexplained_sway", with_noise(2.9 * observation.noise_deg, 0.001), 0, NetworkUse::beside));
   CHECK(severity("unexplained_sway", with_noise(0.02, 0.51 * sway_deg), 0, NetworkUse::beside) == Severity::caution);
   CHECK_FALSE(severity("unexplained_sway", with_noise(0.02, 0.49 * sway_deg), 0, NetworkUse::beside));
+}
+
+TEST_CASE("warnings of a fit: an unfollowed tilt that nothing explains is refused; cautions of reading are last") {
+  const auto severity_of_tilt = [](const std::vector<std::string>& codes) {
+    Warnings warnings;
+    add_info(warnings, "tilt_not_followed", "text");
+    for (const std::string& code : codes) add_caution(warnings, code, "text");
+    warnings = refuse_unexplained(warnings);
+    CHECK(warnings.size() == codes.size() + 1);
+    return warnings.front().severity;
+  };
+  CHECK(severity_of_tilt({"out_of_distribution", "unexplained_sway"}) == Severity::invalid);
+  CHECK(severity_of_tilt({"unlike_simulated", "out_of_distribution"}) == Severity::invalid);
+  CHECK(severity_of_tilt({"out_of_distribution"}) == Severity::info);
+  CHECK(severity_of_tilt({"unexplained_sway", "unlike_simulated"}) == Severity::info);
+
+  Warnings read, judged;
+  add_caution(read, "part_not_used", "text");
+  add_info(read, "unit_assumed", "text");
+  add_caution(judged, "tilt_not_followed", "text");
+  add_caution(judged, "scale_unlikely", "text");
+  add_invalid(judged, "out_of_distribution", "text");
+  std::vector<std::string> order;
+  for (const Warning& one : most_severe_first({read, judged})) order.push_back(one.code);
+  CHECK(order == std::vector<std::string>{"out_of_distribution", "scale_unlikely", "tilt_not_followed", "part_not_used",
+                                          "unit_assumed"});
 }
 
 TEST_CASE("a network that contradicts the posterior is a caution with the parameters' names") {
