@@ -76,10 +76,11 @@ struct Recording {
   bool is_large = false;               ///< the sway is larger than a standing body's; a warning says so
   /// By its name or its values, and not named by the user: if it does not follow the protocol, the trial is not usable.
   bool tilt_was_found = false;
-  bool tilt_size_is_unknown = false;  ///< the tilt's column has no unit and was scaled to the protocol's size
-  std::string change;                 ///< describes a column that may tell recordings of the file apart; empty: none
-  std::vector<SampleRange> gaps;      ///< samples of the sway that were missing and filled, ascending
-  Warnings warnings;                  ///< assumptions, and suspicious data
+  bool tilt_was_found_by_values = false;  ///< and a warning names its column
+  bool tilt_size_is_unknown = false;      ///< the tilt's column has no unit and was scaled to the protocol's size
+  std::string change;             ///< describes a column that may tell recordings of the file apart; empty: none
+  std::vector<SampleRange> gaps;  ///< samples of the sway that were missing and filled, ascending
+  Warnings warnings;              ///< assumptions, and suspicious data
 };
 
 /// Reads a recording from a file:

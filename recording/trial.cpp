@@ -189,7 +189,7 @@ Warnings check_against_tilt(std::span<const double> sway, const ProtocolPlan& pl
 void complete_tilt(std::vector<double>& tilt, const ProtocolPlan& plan, double from_hz, const TrialPlacement& place,
                    bool start_is_given, const Trial& trial, Recording& recording) {
   const std::optional<TiltMatch>& match = start_is_given ? trial.tilt_at_given_start : trial.tilt;
-  continue_as_prescribed(tilt, plan.tilt_rad(), match ? match->gain : 1.0, place);
+  continue_as_prescribed(tilt, plan.tilt_rad(), match && !recording.tilt_size_is_unknown ? match->gain : 1.0, place);
   const auto gaps =
       gaps_in_trial(recording.tilt_gaps, from_hz, plan.protocol().experiment.sample_rate_hz, place, tilt.size());
   Warnings slips = look_for_tilt_slips(tilt, gaps, plan, from_hz, start_is_given);

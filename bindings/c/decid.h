@@ -321,7 +321,7 @@ typedef struct decid_figures {
   double peak_to_peak_deg;
   double response_ratio;                            /* stimulus response ratio: 1 the whole response, 0 none */
   double ood_score;                                 /* out-of-distribution score; above 1: unlike the training trials */
-  double tilt_delay_s, tilt_correlation, tilt_gain; /* of a measured tilt against the protocol's */
+  double tilt_delay_s, tilt_correlation, tilt_gain; /* of a measured tilt against the protocol's; NaN: unknown */
   double mass_kg, com_height_m, inertia_kgm2;       /* the body of stiffness and damping */
   int body_assumed;                                 /* 1: no mass and height were given */
 } decid_figures;

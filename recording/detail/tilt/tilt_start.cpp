@@ -155,7 +155,8 @@ std::string unit_of_gain(double gain) {
 /// the protocol's rate; at: the place of the match, for texts.
 TiltMatch judged(const Signal<double>& tilt, const std::vector<double>& measured, const Match& match,
                  const std::string& at, const sim::Protocol& protocol, Recording& recording) {
-  TiltMatch result{match.delay_samples / protocol.experiment.sample_rate_hz, match.correlation, match.gain};
+  TiltMatch result{match.delay_samples / protocol.experiment.sample_rate_hz, match.correlation,
+                   recording.tilt_size_is_unknown ? std::nan("") : match.gain};
   if (match.correlation < min_correlation) refuse_comtest(tilt, measured, protocol, match.correlation, recording);
   const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
   if (match.correlation < good_correlation && match.correlation > -good_correlation)
@@ -262,8 +263,10 @@ std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Rec
   try_to(
       [&] {
         match = find_start(plan, from_hz, recording);
-        add_info(recording.warnings, "tilt_found",
-                 "the column " + tilt.column + " is assumed to be the platform's tilt and gives the protocol's start");
+        if (!recording.tilt_was_found_by_values)
+          add_info(
+              recording.warnings, "tilt_found",
+              "the column " + tilt.column + " is assumed to be the platform's tilt and gives the protocol's start");
       },
       recording);
   return match;
