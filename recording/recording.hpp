@@ -29,7 +29,7 @@ struct RecordingOptions {
   double fill_gaps_s = 0.0;                  ///< longest gap to interpolate; 0: gaps are errors
   std::string tilt_column = {};              ///< the platform's tilt, by name or number from 1; empty: see find_tilt
   bool find_tilt = true;  ///< a column clearly named as the tilt is read without being named in the options
-  std::optional<Unit> tilt_unit = {};  ///< as `unit`
+  std::optional<Unit> tilt_unit = {};  ///< empty: from the column's name, else `unit`, else degrees
   bool invert_sway = false;            ///< positive against the protocol's direction of tilt
   bool invert_tilt = false;
   /// Lines of a text file above its table; empty: found.

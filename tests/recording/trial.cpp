@@ -338,13 +338,14 @@ TEST_CASE("a start that is given: a tilt found by its name is compared with the 
   for (const char* code : {"tilt_not_used", "tilt_of_other_size", "tilt_follows_roughly", "time_slips"})
     CHECK_FALSE(has(brought(1.0, 1.0), code));
   CHECK(has(brought(2.0, 1.0), "tilt_of_other_size"));
-  for (const auto& [factor, unit] : {std::pair{sim::rad_per_deg, " radians"},
-                                     {1e3 * sim::rad_per_deg, " milliradians"},
-                                     {1.0 / sim::rad_per_deg, " degrees"}}) {
+  for (const auto& [factor, unit] : {std::pair{sim::rad_per_deg, "in radians"},
+                                     {1e3 * sim::rad_per_deg, "in milliradians"},
+                                     {1.0 / sim::rad_per_deg, "in degrees"}}) {
     const Warnings warnings = brought(factor, 1.0);
     const auto found = std::ranges::find(warnings, "tilt_of_other_size", &Warning::code);
     REQUIRE(found != warnings.end());
-    CHECK(found->text.ends_with(unit));
+    CHECK(found->text.starts_with("give "));
+    CHECK(contains(found->text, unit));
   }
   CHECK(worst_trust(brought(-1.0, 1.0)) == Trust::not_usable);
   CHECK(worst_trust(brought(0.0, 1.0)) == Trust::not_usable);
