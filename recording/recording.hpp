@@ -78,9 +78,10 @@ struct Recording {
   bool tilt_was_found = false;
   bool tilt_was_found_by_values = false;  ///< and a warning names its column
   bool tilt_size_is_unknown = false;      ///< the tilt's column has no unit and was scaled to the protocol's size
-  std::string change;             ///< describes a column that may tell recordings of the file apart; empty: none
-  std::vector<SampleRange> gaps;  ///< samples of the sway that were missing and filled, ascending
-  Warnings warnings;              ///< assumptions, and suspicious data
+  std::string change;                   ///< describes a column that may tell recordings of the file apart; empty: none
+  std::optional<double> change_s = {};  ///< after which the column has its second value, if it may be a trigger
+  std::vector<SampleRange> gaps;        ///< samples of the sway that were missing and filled, ascending
+  Warnings warnings;                    ///< assumptions, and suspicious data
 };
 
 /// Reads a recording from a file:

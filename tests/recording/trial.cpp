@@ -454,6 +454,17 @@ TEST_CASE("where a part is not used, the column that may tell recordings apart i
     CHECK(found->text.ends_with(" 'who' changes"));
     CHECK(std::ranges::find(recording.warnings, "perhaps_several", &Warning::code) == recording.warnings.end());
   }
+  // A trigger may also be the start, unless that is known or the protocol does not fit behind it.
+  const auto names_begin = [](double change_s, std::optional<double> start_s) {
+    Recording triggered = ramp(1800);
+    triggered.change = "'trigger' changes";
+    triggered.change_s = change_s;
+    bring_to_protocol(triggered, two_cycles(), {.start_s = start_s});
+    return contains(std::ranges::find(triggered.warnings, "part_not_used", &Warning::code)->text, "begin 1.5");
+  };
+  CHECK(names_begin(1.5, {}));
+  CHECK_FALSE(names_begin(1.5, 1.0));
+  CHECK_FALSE(names_begin(15.5, {}));
   // Where the whole file is used, a note names it.
   Recording whole = ramp(static_cast<std::size_t>(two_cycles().samples()));
   whole.change = "'who' changes";
