@@ -56,6 +56,17 @@ TEST_CASE("positions are sway at their height above the ankles") {
   }
 }
 
+TEST_CASE("impossible values of a unit that contradicts the name's are refused with both units") {
+  const std::string text = "time,COM_x (mm)\n0,140\n0.01,152\n0.02,146\n", far = "time,COM_x (mm)\n0,1\n0.01,1999\n";
+  check_error(reading(text, {.unit = Unit::degree}), Code::value_invalid, "not an angle");
+  check_error(reading(far, {.com_height_m = 0.95, .metres_per_unit = 1e-2}), Code::value_invalid, "in its name");
+  // Without a contradiction the values themselves are.
+  const std::string of_far = error_of(reading(far, {.com_height_m = 0.95, .metres_per_unit = 1e-3})).what();
+  CHECK(contains(of_far, "ankle"));
+  CHECK_FALSE(contains(of_far, "in its name"));
+  CHECK_FALSE(contains(error_of(reading("time,sway\n0,140\n0.01,152\n0.02,146\n")).what(), "in its name"));
+}
+
 TEST_CASE("with a height of the centre of mass, lengths are the candidates, and its other names are known") {
   const auto column_of = [](const std::string& names, std::optional<double> metres = {}) {
     return read("time," + names + "\n0,1,5\n0.01,2,3\n0.02,3,7\n", {.com_height_m = 0.95, .metres_per_unit = metres})
