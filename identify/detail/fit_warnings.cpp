@@ -31,8 +31,8 @@ constexpr double min_believed_noise_deg = 2e-3;
 constexpr double unexplained_white = 3.0;  // over the white noise that the highest frequencies have
 constexpr double unexplained_slow = 0.5;   // over the sway's standard deviation
 constexpr double contradiction_sd = 3.5;
-/// Of the gain's prior. Posterior means of gains that the prior describes are nearer in 98.8% of trials or more,
-/// because they vary less than the gains.
+/// In standard deviations of the gain's prior. Posterior means of gains that the prior describes are nearer in 98.8% of
+/// trials or more, because they vary less than the gains.
 constexpr double unlikely_scale_sd = 2.5;
 /// Response gains (recording/trial.hpp) that a sway without a response exceeds with a probability of 5% and 2%
 /// (63 and 21 of 1,200 recordings of other stimuli).
