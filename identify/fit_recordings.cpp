@@ -262,10 +262,11 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   if (!network.unlike_training.empty())
     out_of_distribution.push_back({!odd.empty() || found.max_rhat() > odd_rhat ? Severity::invalid : Severity::caution,
                                    "out_of_distribution", "by the network, " + network.unlike_training});
-  result.warnings = without_refused_lean(most_severe_first(
+  const Warnings all = most_severe_first(
       {result.warnings, unlike_simulated, result.explanation.warnings, out_of_distribution,
        response_ratio_warnings(result.explanation, start_explains), tilt_warnings(density, found, trial),
-       posterior_warnings(density, prepared.observation, found, network.use), network.contradictions}));
+       posterior_warnings(density, prepared.observation, found, network.use), network.contradictions});
+  result.warnings = without_refused_lean(most_severe_first({refuse_unexplained(all)}));
   keep_figures(figures, density, prepared.observation, report_.fit->keeps_log_likelihood);
 }
 

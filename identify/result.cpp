@@ -6,8 +6,10 @@
 #include <functional>
 #include <iterator>
 #include <map>
+#include <utility>
 
 #include "identify/cohort/of_result.hpp"
+#include "recording/table/columns.hpp"
 
 namespace decid {
 namespace {
@@ -28,6 +30,17 @@ void set_body(const Report& report, GroupReport& made) {
 sim::ParameterTable ranges_of(const std::optional<FitRequest>& fit, const sim::Protocol& protocol) {
   const sim::ParameterTable table = protocol.ranges();
   return fit ? posterior::ranges_for(posterior::in_si_units(fit->priors, protocol), table) : table;
+}
+
+/// Returns the place of a warning in a list, greatest first: by its severity. A caution that names the cause of wrong
+/// values is before, and a caution of how the file was read is behind the cautions that question the answer.
+std::pair<Severity, int> rank(const Warning& warning) {
+  if (warning.severity != Severity::caution) return {warning.severity, 0};
+  if (warning.code == "scale_unlikely") return {warning.severity, 1};
+  const bool is_of_reading =
+      recording::one_of(warning.code, {"part_not_used", "starts_before_zero", "samples_lacking", "gaps_filled",
+                                       "uneven_times", "slow_rate", "frames_left_out"});
+  return {warning.severity, is_of_reading ? -1 : 0};
 }
 
 }  // namespace
@@ -55,7 +68,7 @@ double RecordingResult::peak_to_peak_deg() const {
 Warnings most_severe_first(std::initializer_list<Warnings> lists) {
   Warnings all;
   for (const Warnings& list : lists) all.insert(all.end(), list.begin(), list.end());
-  std::ranges::stable_sort(all, std::greater<>(), &Warning::severity);
+  std::ranges::stable_sort(all, std::greater<>(), rank);
   return all;
 }
 

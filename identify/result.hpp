@@ -104,7 +104,8 @@ void use_distribution(const RecordingResult& result, const Use& use) {
     use(*result.estimate.distribution);
 }
 
-/// Returns the warnings of several lists, the most severe first, else in their order.
+/// Returns the warnings of several lists, the most severe first, else in their order. Among cautions `scale_unlikely`
+/// is first, and those of how the file was read (`part_not_used` and others) are last.
 Warnings most_severe_first(std::initializer_list<Warnings> lists);
 
 /// A protocol with a subject's body, and what follows from them.

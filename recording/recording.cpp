@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <tuple>
 
 #include "base/error.hpp"
 #include "base/setting.hpp"
@@ -159,7 +160,7 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   const Clock clock = find_clock(*read, sway, time, options, recording);
   recording.rate_hz = clock.rate_hz;
   if (options.trial_column.empty() && !options.is_one_trial)
-    recording.change = describe_change(table, sway, time, clock.rate_hz);
+    std::tie(recording.change, recording.change_s) = describe_change(table, sway, time, clock.rate_hz);
   recording.first_time_s = clock.first_s;
   std::vector<SampleRange> gaps;
   const auto numbers = [&](int column) { return read_column(table, column, clock, options, recording, gaps); };

@@ -29,7 +29,7 @@ struct RecordingOptions {
   double fill_gaps_s = 0.0;                  ///< longest gap to interpolate; 0: gaps are errors
   std::string tilt_column = {};              ///< the platform's tilt, by name or number from 1; empty: see find_tilt
   bool find_tilt = true;  ///< a column clearly named as the tilt is read without being named in the options
-  std::optional<Unit> tilt_unit = {};  ///< as `unit`
+  std::optional<Unit> tilt_unit = {};  ///< empty: from the column's name, else `unit`, else degrees
   bool invert_sway = false;            ///< positive against the protocol's direction of tilt
   bool invert_tilt = false;
   /// Lines of a text file above its table; empty: found.
@@ -76,10 +76,12 @@ struct Recording {
   bool is_large = false;               ///< the sway is larger than a standing body's; a warning says so
   /// By its name or its values, and not named by the user: if it does not follow the protocol, the trial is not usable.
   bool tilt_was_found = false;
-  bool tilt_size_is_unknown = false;  ///< the tilt's column has no unit and was scaled to the protocol's size
-  std::string change;                 ///< describes a column that may tell recordings of the file apart; empty: none
-  std::vector<SampleRange> gaps;      ///< samples of the sway that were missing and filled, ascending
-  Warnings warnings;                  ///< assumptions, and suspicious data
+  bool tilt_was_found_by_values = false;  ///< and a warning names its column
+  bool tilt_size_is_unknown = false;      ///< the tilt's column has no unit and was scaled to the protocol's size
+  std::string change;                   ///< describes a column that may tell recordings of the file apart; empty: none
+  std::optional<double> change_s = {};  ///< after which the column has its second value, if it may be a trigger
+  std::vector<SampleRange> gaps;        ///< samples of the sway that were missing and filled, ascending
+  Warnings warnings;                    ///< assumptions, and suspicious data
 };
 
 /// Reads a recording from a file:

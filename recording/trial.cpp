@@ -98,9 +98,15 @@ FoundInSway look_for_faults_within(const Recording& recording, double from_hz, c
   return found;
 }
 
-/// Names the column that may tell recordings apart: with the part of the file that is not used, else in a note.
-void add_change(Recording& recording) {
+/// Names the column that may tell recordings apart: with the part of the file that is not used, else in a note. A
+/// trigger may also mark the protocol's start, if that is not known and the protocol fits behind it.
+void add_change(const sim::Protocol& protocol, bool is_start_known, Recording& recording) {
+  constexpr double usual_lack_s = 0.1;  // at the end
   if (recording.change.empty()) return;
+  const double recorded_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz;
+  if (!is_start_known && recording.change_s && recorded_s - *recording.change_s > protocol.duration_s() - usual_lack_s)
+    recording.change +=
+        "; if the protocol started there, give " + setting("begin") + " " + six_digits(*recording.change_s);
   const auto part = std::ranges::find_if(recording.warnings, [](const Warning& warning) {
     return one_of(warning.code, {"part_not_used", "starts_before_zero"});
   });
@@ -189,7 +195,7 @@ Warnings check_against_tilt(std::span<const double> sway, const ProtocolPlan& pl
 void complete_tilt(std::vector<double>& tilt, const ProtocolPlan& plan, double from_hz, const TrialPlacement& place,
                    bool start_is_given, const Trial& trial, Recording& recording) {
   const std::optional<TiltMatch>& match = start_is_given ? trial.tilt_at_given_start : trial.tilt;
-  continue_as_prescribed(tilt, plan.tilt_rad(), match ? match->gain : 1.0, place);
+  continue_as_prescribed(tilt, plan.tilt_rad(), match && !recording.tilt_size_is_unknown ? match->gain : 1.0, place);
   const auto gaps =
       gaps_in_trial(recording.tilt_gaps, from_hz, plan.protocol().experiment.sample_rate_hz, place, tilt.size());
   Warnings slips = look_for_tilt_slips(tilt, gaps, plan, from_hz, start_is_given);
@@ -270,7 +276,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
     add_info(recording.warnings, "resampled",
              "resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) + " Hz");
   warn_of_length(recording, protocol, place, is_start_known);
-  add_change(recording);
+  add_change(protocol, is_start_known, recording);
   const auto add = [&](const Signal<double>& signal, const std::vector<double>& values) {
     trial.signals.add({signal.name, signal.column, std::vector<float>(values.begin(), values.end())});
   };

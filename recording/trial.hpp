@@ -28,7 +28,7 @@ struct TrialOptions {
 struct TiltMatch {
   double delay_s = 0.0;      ///< from the recording's first sample to the protocol's start
   double correlation = 0.0;  ///< over the trial, at that delay
-  double gain = 0.0;         ///< measured over prescribed tilt, by least squares
+  double gain = 0.0;         ///< measured over prescribed tilt, by least squares; NaN: the column has no unit
   /// True if the platform played the end of the protocol's last cycle before the start, false if it rested; empty:
   /// unknown, or it moved differently.
   std::optional<bool> moved_before = {};

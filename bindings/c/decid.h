@@ -185,7 +185,7 @@ typedef struct decid_read_options {
   double rate_hz;               /* 0: from the column of time */
   double fill_gaps_s;           /* missing values up to this long, to 60, are interpolated; 0: refused */
   const char* tilt_column;      /* of the platform's measured tilt; NULL: found by name; "none": not read */
-  int tilt_unit;                /* a decid_unit of angles, or DECID_BY_NAME */
+  int tilt_unit;                /* a decid_unit of angles; DECID_BY_NAME: from the name, else `unit`, else degrees */
   int invert_sway, invert_tilt; /* 1: positive against the protocol's direction */
   int skip_lines;               /* of a text file, above its table, 0 or more; -1: found [-1] */
   /* The sway's sources where there is no column of it (docs/guide/recordings.md, markers or segments); 0 and NULL:
@@ -321,7 +321,7 @@ typedef struct decid_figures {
   double peak_to_peak_deg;
   double response_ratio;                            /* stimulus response ratio: 1 the whole response, 0 none */
   double ood_score;                                 /* out-of-distribution score; above 1: unlike the training trials */
-  double tilt_delay_s, tilt_correlation, tilt_gain; /* of a measured tilt against the protocol's */
+  double tilt_delay_s, tilt_correlation, tilt_gain; /* of a measured tilt against the protocol's; NaN: unknown */
   double mass_kg, com_height_m, inertia_kgm2;       /* the body of stiffness and damping */
   int body_assumed;                                 /* 1: no mass and height were given */
 } decid_figures;

@@ -3,7 +3,7 @@
 % Reads a recording, a CSV, MAT, C3D or .xlsx file.
 %
 %   "column", "tilt_column"   by name, or a number in quotes from 1; both are found by name; tilt "none": not read
-%   "unit", "tilt_unit"       "deg", "rad" or "mrad"; otherwise from the column's name, else degrees
+%   "unit", "tilt_unit"       "deg", "rad" or "mrad"; otherwise from the column's name, else degrees; the tilt's is "unit" before
 %   "leg", "trunk"            instead of a column of sway: columns of angles in space
 %   "hip", "shoulder"         or of positions, with the person's "height" in m
 %   "com_height"              or: "column" is a position at this height above the ankles, m

@@ -56,6 +56,17 @@ std::array<double, 2> interval_of(double odds, const MeanSquares& squares, doubl
           variance_ratio(above, others + n * high * squares.participants, scale)};
 }
 
+/// Returns the interval, or NaN for both ends if the estimate lies outside. Below 0, ICC(2,1) has a difference of mean
+/// squares where Satterthwaite's degrees of freedom need a sum: few people then have far below one degree, whose
+/// quantiles of F make both ends about the same number.
+std::array<double, 2> if_around(double estimate, const std::array<double, 2>& interval) {
+  const double rounding = 1e-9 * (1.0 + std::abs(estimate));
+  const bool is_around =
+      estimate == interval[0] || (interval[0] <= estimate + rounding && estimate <= interval[1] + rounding);
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  return is_around ? interval : std::array{unknown, unknown};
+}
+
 }  // namespace
 
 Reliability reliability(std::size_t visits, std::span<const double> values,
@@ -83,8 +94,8 @@ Reliability reliability(std::size_t visits, std::span<const double> values,
   const double nothing = rounding * (squares.participants + squares.visits);
   if (squares.rest > nothing) {
     const double odds = participant_part / (squares.rest + visit_variance);  // ICC / (1 - ICC) of the mean of all k
-    found.icc_single95 = interval_of(odds / k, squares, n, k, false);
-    found.icc_average95 = interval_of(odds, squares, n, k, true);
+    found.icc_single95 = if_around(found.icc_single, interval_of(odds / k, squares, n, k, false));
+    found.icc_average95 = if_around(found.icc_average, interval_of(odds, squares, n, k, true));
   } else if (squares.visits > nothing) {  // everybody changes by the same amount: the interval's freedom is 0 over 0
     found.icc_single95.fill(std::numeric_limits<double>::quiet_NaN());
     found.icc_average95 = found.icc_single95;

@@ -23,9 +23,10 @@ namespace decid::cohort {
 struct Reliability {
   std::size_t participants = 0;
   double icc_single = 0.0, icc_average = 0.0;  ///< ICC(2,1) and ICC(2,k)
-  /// NaN if everybody changes by the same amount between visits: such data do not determine them. ICC(2,k) and the ends
-  /// of its interval are minus infinity where their denominator, the estimated variance of a person's mean, is 0 or
-  /// below: the quotient would exceed 1. The JSON has null for both.
+  /// NaN if everybody changes by the same amount between visits, which does not determine them, or if the estimate lies
+  /// outside (two people with an ICC below 0). ICC(2,k) and the ends of its interval are minus infinity where their
+  /// denominator, the estimated variance of a person's mean, is 0 or below: the quotient would exceed 1. The JSON has
+  /// null for both.
   std::array<double, 2> icc_single95{}, icc_average95{};
   double standard_error = 0.0;             ///< of measurement
   double minimal_detectable_change = 0.0;  ///< with 95%

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <string_view>
 
 #include "base/setting.hpp"
 #include "base/text.hpp"
@@ -30,6 +31,9 @@ constexpr double min_believed_noise_deg = 2e-3;
 constexpr double unexplained_white = 3.0;  // over the white noise that the highest frequencies have
 constexpr double unexplained_slow = 0.5;   // over the sway's standard deviation
 constexpr double contradiction_sd = 3.5;
+/// In standard deviations of the gain's prior. Posterior means of gains that the prior describes are nearer in 98.8% of
+/// trials or more, because they vary less than the gains.
+constexpr double unlikely_scale_sd = 2.5;
 /// Response gains (recording/trial.hpp) that a sway without a response exceeds with a probability of 5% and 2%
 /// (63 and 21 of 1,200 recordings of other stimuli).
 /// The second one holds with quantities at the ends of their priors; with one of them, weak but sound responses have it
@@ -62,10 +66,25 @@ std::string settings_of(const std::vector<int>& quantities) {
   return joined(names, ", ");
 }
 
+/// Returns the mean of the gain's logarithm in standard deviations of its prior; 0 for a known gain.
+double scale_off_prior(const Density& density, const Posterior& found) {
+  if (!density.infers(Density::gain)) return 0.0;
+  double sum = 0.0;
+  for (const posterior::State& state : found.states()) sum += density.prior_coordinate(Density::gain, state);
+  return sum / static_cast<double>(found.states().size());
+}
+
+Warnings scale_warnings(const Density& density, const Posterior& found) {
+  const double off = scale_off_prior(density, found);
+  if (std::abs(off) <= unlikely_scale_sd) return {};
+  return {{Severity::caution, "scale_unlikely",
+           format("the sway is %.3g +- %.2g times as large as the priors expect (%.1f of their standard deviations): "
+                  "check the unit, the height of the marker and the amplitude of the tilt",
+                  found.mean(Density::gain), found.stddev(Density::gain), std::abs(off))}};
+}
+
 Warnings edge_warnings(const Density& density, const Posterior& found, NetworkUse network) {
   const std::vector<int> edges = at_edge(density, found, outer);
-  if (edges.empty()) return {};
-  const std::string names = quantity_names(density, edges);
   const bool from_network = network == NetworkUse::answers;
   const std::vector<int> last = from_network ? std::vector<int>() : at_edge(density, found, outermost);
   const bool is_refused = edges.size() >= edges_of_invalid, leans = last.size() >= outermost_of_caution;
@@ -74,10 +93,15 @@ Warnings edge_warnings(const Density& density, const Posterior& found, NetworkUs
   const Severity severity = is_refused                  ? Severity::invalid
                             : leans || starts_elsewhere ? Severity::caution
                                                         : Severity::info;
+  std::vector<int> named = edges;
+  // A wider prior would hide the cause that `scale_unlikely` names.
+  if (severity == Severity::info && std::abs(scale_off_prior(density, found)) > unlikely_scale_sd)
+    std::erase(named, int{Density::gain});
+  if (named.empty()) return {};
   return {{severity, "at_edge",
-           "at the end of the prior: " + names +
+           "at the end of the prior: " + quantity_names(density, named) +
                (is_refused || leans ? "; the recording may not be of this model"
-                                    : "; the true value may lie beyond it (" + settings_of(edges) + ")")}};
+                                    : "; the true value may lie beyond it (" + settings_of(named) + ")")}};
 }
 
 /// Returns the fewest effective draws of the 5% and 95% quantiles of the inferred parameters.
@@ -167,7 +191,8 @@ std::vector<int> at_edge(const Density& density, const Posterior& found, double 
 
 Warnings posterior_warnings(const Density& density, const posterior::Observation& observation, const Posterior& found,
                             NetworkUse network) {
-  Warnings warnings = edge_warnings(density, found, network);
+  Warnings warnings = scale_warnings(density, found);
+  append(warnings, edge_warnings(density, found, network));
   append(warnings, chain_warnings(density, found, network));
   append(warnings, noise_warnings(observation, found));
   return warnings;
@@ -194,6 +219,14 @@ Warnings tilt_warnings(const Density& density, const Posterior& found, const rec
                   : "the platform may have played another stimulus, or the column is not the sway; check " +
                         setting("protocol") + ", " + setting("begin") + " and " + setting("column");
   return {{severity, "tilt_not_followed", "the sway does not measurably follow the tilt" + at_ends + remedy}};
+}
+
+Warnings refuse_unexplained(Warnings warnings) {
+  const auto has = [&](std::string_view code) { return std::ranges::count(warnings, code, &Warning::code) > 0; };
+  if (!has("out_of_distribution") || !(has("unexplained_sway") || has("unlike_simulated"))) return warnings;
+  for (Warning& warning : warnings)
+    if (warning.code == "tilt_not_followed") warning.severity = Severity::invalid;
+  return warnings;
 }
 
 Warnings contradiction_warnings(const sim::ParameterTable& table, const Posterior& found,

@@ -20,7 +20,8 @@ enum class NetworkUse { none, beside, answers };
 /// probability. The slow noise, which chains hold while they draw, is not judged.
 std::vector<int> at_edge(const posterior::Density& density, const posterior::Posterior& found, double probability);
 
-/// Returns what the posterior itself shows: `at_edge`, `chains_disagree`, `few_draws`, `divergences`, `little_noise`,
+/// Returns what the posterior itself shows: `scale_unlikely` if the mean of the gain's logarithm is more than 2.5 of
+/// the prior's standard deviations from 0, `at_edge`, `chains_disagree`, `few_draws`, `divergences`, `little_noise`,
 /// `unexplained_sway`.
 Warnings posterior_warnings(const posterior::Density& density, const posterior::Observation& observation,
                             const posterior::Posterior& found, NetworkUse network);
@@ -34,6 +35,11 @@ bool may_not_follow_tilt(const recording::Trial& trial);
 /// without the start. docs/research/posterior.md says how often.
 Warnings tilt_warnings(const posterior::Density& density, const posterior::Posterior& found,
                        const recording::Trial& trial);
+
+/// Returns the warnings of a fit with `tilt_not_followed` as invalid if the network warns (`out_of_distribution`) and
+/// the draws do not explain the recording (`unexplained_sway` or `unlike_simulated`). Each of the three also occurs for
+/// sound recordings.
+Warnings refuse_unexplained(Warnings warnings);
 
 /// Returns `network_disagrees` if the posterior's and the network's means of a parameter are further apart than 3.5 of
 /// their joint standard deviations.

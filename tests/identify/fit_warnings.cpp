@@ -8,6 +8,7 @@
 #include <numeric>
 #include <optional>
 
+#include "identify/result.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/sampling/quick.hpp"
 #include "tests/posterior/sampling/set_posterior.hpp"
@@ -78,7 +79,7 @@ TEST_CASE("warnings of a posterior: quantities at the end of their priors, and c
   CHECK(test::contains(start.text, "prior_start"));
   CHECK_FALSE(test::contains(start.text, "ranges"));
   CHECK(of_edges(starts_late, NetworkUse::answers).severity == Severity::info);
-  const Warning gain = of_edges([](posterior::State& state) { state.gain = 1.2; }, NetworkUse::beside);
+  const Warning gain = of_edges([](posterior::State& state) { state.gain = 1.15; }, NetworkUse::beside);
   CHECK(gain.severity == Severity::info);
   CHECK(test::contains(gain.text, "prior_gain"));
   const auto stiffest = [&](posterior::State& state) { state.parameters[sim::Kp] = density.ranges()[sim::Kp].high; };
@@ -172,6 +173,36 @@ TEST_CASE("warnings of a posterior: several ends, divergences, and noise that th
   CHECK(severity("divergences", usual, few + 1, NetworkUse::beside) == Severity::caution);
   CHECK_FALSE(severity("divergences", usual, few + 1, NetworkUse::answers));
 
+  // A scale beyond 2.5 standard deviations of its prior, in either direction, is a caution instead of an end of the
+  // prior. It counts as an end where others are, and a known gain has no prior.
+  const auto of_scale = [&](double gain) {
+    posterior::State state = usual;
+    state.gain = gain;
+    return state;
+  };
+  for (const double sign : {-1.0, 1.0}) {
+    const posterior::State likely = of_scale(std::exp(sign * 2.4 * 0.06)),
+                           unlikely = of_scale(std::exp(sign * 2.6 * 0.06));
+    for (const NetworkUse network : {NetworkUse::none, NetworkUse::beside, NetworkUse::answers}) {
+      CHECK_FALSE(severity("scale_unlikely", likely, 0, network));
+      CHECK(severity("at_edge", likely, 0, network) == Severity::info);
+      CHECK(severity("scale_unlikely", unlikely, 0, network) == Severity::caution);
+      CHECK_FALSE(severity("at_edge", unlikely, 0, network));
+    }
+  }
+  posterior::State three_and_gain = at_ends;
+  three_and_gain.parameters[sim::Kd_pass] = usual.parameters[sim::Kd_pass];
+  three_and_gain.gain = 1.36;
+  CHECK(severity("at_edge", three_and_gain, 0, NetworkUse::none) == Severity::invalid);
+  test::set_posterior(found, std::vector(found.states().size(), three_and_gain), found.rhat(), found.effective_draws());
+  const Warnings first = posterior_warnings(density, observation, found, NetworkUse::none);
+  CHECK(first.front().code == "scale_unlikely");
+  CHECK(test::contains(first.front().text, "1.36"));
+  const posterior::Density known(protocol, {.gain = 0.0});
+  posterior::Posterior of_known = posterior::sample(known, observation, test::quick());
+  for (const Warning& one : posterior_warnings(known, observation, of_known, NetworkUse::none))
+    CHECK(one.code != "scale_unlikely");
+
   // Noise: white of at most the model's own error; white far above that of the highest frequencies; a slow one of more
   // than half of the sway.
   double squares = 0.0;
@@ -191,6 +222,32 @@ TEST_CASE("warnings of a posterior: several ends, divergences, and noise that th
   CHECK_FALSE(severity("unexplained_sway", with_noise(2.9 * observation.noise_deg, 0.001), 0, NetworkUse::beside));
   CHECK(severity("unexplained_sway", with_noise(0.02, 0.51 * sway_deg), 0, NetworkUse::beside) == Severity::caution);
   CHECK_FALSE(severity("unexplained_sway", with_noise(0.02, 0.49 * sway_deg), 0, NetworkUse::beside));
+}
+
+TEST_CASE("warnings of a fit: an unfollowed tilt that nothing explains is refused; cautions of reading are last") {
+  const auto severity_of_tilt = [](const std::vector<std::string>& codes) {
+    Warnings warnings;
+    add_info(warnings, "tilt_not_followed", "text");
+    for (const std::string& code : codes) add_caution(warnings, code, "text");
+    warnings = refuse_unexplained(warnings);
+    CHECK(warnings.size() == codes.size() + 1);
+    return warnings.front().severity;
+  };
+  CHECK(severity_of_tilt({"out_of_distribution", "unexplained_sway"}) == Severity::invalid);
+  CHECK(severity_of_tilt({"unlike_simulated", "out_of_distribution"}) == Severity::invalid);
+  CHECK(severity_of_tilt({"out_of_distribution"}) == Severity::info);
+  CHECK(severity_of_tilt({"unexplained_sway", "unlike_simulated"}) == Severity::info);
+
+  Warnings read, judged;
+  add_caution(read, "part_not_used", "text");
+  add_info(read, "unit_assumed", "text");
+  add_caution(judged, "tilt_not_followed", "text");
+  add_caution(judged, "scale_unlikely", "text");
+  add_invalid(judged, "out_of_distribution", "text");
+  std::vector<std::string> order;
+  for (const Warning& one : most_severe_first({read, judged})) order.push_back(one.code);
+  CHECK(order == std::vector<std::string>{"out_of_distribution", "scale_unlikely", "tilt_not_followed", "part_not_used",
+                                          "unit_assumed"});
 }
 
 TEST_CASE("a network that contradicts the posterior is a caution with the parameters' names") {

@@ -56,6 +56,42 @@ TEST_CASE("positions are sway at their height above the ankles") {
   }
 }
 
+TEST_CASE("impossible values of a unit that contradicts the name's are refused with both units") {
+  const std::string text = "time,COM_x (mm)\n0,140\n0.01,152\n0.02,146\n", far = "time,COM_x (mm)\n0,1\n0.01,1999\n";
+  check_error(reading(text, {.unit = Unit::degree}), Code::value_invalid, "not an angle");
+  check_error(reading(far, {.com_height_m = 0.95, .metres_per_unit = 1e-2}), Code::value_invalid, "in its name");
+  // Without a contradiction the values themselves are.
+  const std::string of_far = error_of(reading(far, {.com_height_m = 0.95, .metres_per_unit = 1e-3})).what();
+  CHECK(contains(of_far, "ankle"));
+  CHECK_FALSE(contains(of_far, "in its name"));
+  CHECK_FALSE(contains(error_of(reading("time,sway\n0,140\n0.01,152\n0.02,146\n")).what(), "in its name"));
+}
+
+TEST_CASE("with a height of the centre of mass, lengths are the candidates, and its other names are known") {
+  const auto column_of = [](const std::string& names, std::optional<double> metres = {}) {
+    return read("time," + names + "\n0,1,5\n0.01,2,3\n0.02,3,7\n", {.com_height_m = 0.95, .metres_per_unit = metres})
+        .signals.at(com_sway)
+        .column;
+  };
+  for (const std::string name : {"KSP_x_mm", "CentreOfMass_X_mm", "CenterOfMass_X_mm", "Sub1:COM_X_mm",
+                                 "CentreOfMass X (mm)", "Sub1:Centre_of_mass AP (cm)", "waist_mm"}) {
+    CAPTURE(name);
+    CHECK(column_of(name + ",Kanal2") == name);
+    CHECK(column_of("trunk_angle_deg," + name) == name);
+    CHECK(column_of(name + ",sway_deg") == name);
+  }
+  CHECK(column_of("LASI_x_mm,KSP_x_mm") == "KSP_x_mm");
+  for (const std::string name : {"sway_mm", "COM_x_mm"})
+    CHECK(warning(read("time," + name + ",waist_mm\n0,1,5\n0.01,2,3\n", {.com_height_m = 0.95}).warnings,
+                  "column_assumed") == nullptr);
+  CHECK(column_of("sway,KSP_x_mm") == "KSP_x_mm");
+  // A sway without a unit may be the length, and a given unit is its own.
+  check_error([&] { column_of("COM_x,LASI_x_mm"); }, Code::unit_unknown);
+  CHECK(column_of("COM_x,KSP_x_mm", 1e-3) == "COM_x");
+  check_error([&] { column_of("Sub1:COM_X_mm,Sub2:COM_X_mm"); }, Code::column_ambiguous, "Sub2:COM_X_mm");
+  check_error([&] { column_of("LASI_x_mm,RASI_x_mm"); }, Code::column_ambiguous);
+}
+
 TEST_CASE("leg and trunk, or hip and shoulder, make the sway of the centre of mass") {
   const sim::Segments segments = sim::make_segments({.mass_kg = 70.0, .height_m = 1.7});
   const sim::DoubleBody body(segments);

@@ -82,6 +82,24 @@ TEST_CASE("the unit is the option's, else the name's, else degrees with a word a
   CHECK(read("time,x,sway_mrad\n0,1,2\n0.01,2,3\n").signals.at(com_sway).column == "sway_mrad");
 }
 
+TEST_CASE("a tilt without a unit has the unit that is given for the sway, if that is an angle's") {
+  const auto tilt_in = [](const std::string& name, const RecordingOptions& options) {
+    return read("time,com_x_mm,sway," + name + "\n0,1,0.1,0.2\n0.01,2,0.2,0.2\n", options)
+        .signals.at(platform_tilt)
+        .rad[0];
+  };
+  for (const std::string column : {"", "platform"}) {
+    RecordingOptions options{.column = "sway", .unit = Unit::radian, .tilt_column = column};
+    CHECK(tilt_in("platform", options) == 0.2);
+    CHECK(tilt_in("platform_deg", {.column = "sway", .unit = Unit::radian}) == 0.2 * sim::rad_per_deg);
+    options.tilt_unit = Unit::degree;
+    CHECK(tilt_in("platform", options) == 0.2 * sim::rad_per_deg);
+  }
+  CHECK(tilt_in("platform", {.column = "sway"}) == 0.2 * sim::rad_per_deg);
+  CHECK(tilt_in("platform", {.column = "com_x_mm", .com_height_m = 1.0, .metres_per_unit = 1e-3}) ==
+        0.2 * sim::rad_per_deg);
+}
+
 TEST_CASE("columns that are no angles by their names are refused, unless the unit is given") {
   const RecordingOptions at_100{.rate_hz = 100.0};
   const auto refused = [&](const std::string& name) {

@@ -338,13 +338,14 @@ TEST_CASE("a start that is given: a tilt found by its name is compared with the 
   for (const char* code : {"tilt_not_used", "tilt_of_other_size", "tilt_follows_roughly", "time_slips"})
     CHECK_FALSE(has(brought(1.0, 1.0), code));
   CHECK(has(brought(2.0, 1.0), "tilt_of_other_size"));
-  for (const auto& [factor, unit] : {std::pair{sim::rad_per_deg, " radians"},
-                                     {1e3 * sim::rad_per_deg, " milliradians"},
-                                     {1.0 / sim::rad_per_deg, " degrees"}}) {
+  for (const auto& [factor, unit] : {std::pair{sim::rad_per_deg, "in radians"},
+                                     {1e3 * sim::rad_per_deg, "in milliradians"},
+                                     {1.0 / sim::rad_per_deg, "in degrees"}}) {
     const Warnings warnings = brought(factor, 1.0);
     const auto found = std::ranges::find(warnings, "tilt_of_other_size", &Warning::code);
     REQUIRE(found != warnings.end());
-    CHECK(found->text.ends_with(unit));
+    CHECK(found->text.starts_with("give "));
+    CHECK(contains(found->text, unit));
   }
   CHECK(worst_trust(brought(-1.0, 1.0)) == Trust::not_usable);
   CHECK(worst_trust(brought(0.0, 1.0)) == Trust::not_usable);
@@ -453,6 +454,17 @@ TEST_CASE("where a part is not used, the column that may tell recordings apart i
     CHECK(found->text.ends_with(" 'who' changes"));
     CHECK(std::ranges::find(recording.warnings, "perhaps_several", &Warning::code) == recording.warnings.end());
   }
+  // A trigger may also be the start, unless that is known or the protocol does not fit behind it.
+  const auto names_begin = [](double change_s, std::optional<double> start_s) {
+    Recording triggered = ramp(1800);
+    triggered.change = "'trigger' changes";
+    triggered.change_s = change_s;
+    bring_to_protocol(triggered, two_cycles(), {.start_s = start_s});
+    return contains(std::ranges::find(triggered.warnings, "part_not_used", &Warning::code)->text, "begin 1.5");
+  };
+  CHECK(names_begin(1.5, {}));
+  CHECK_FALSE(names_begin(1.5, 1.0));
+  CHECK_FALSE(names_begin(15.5, {}));
   // Where the whole file is used, a note names it.
   Recording whole = ramp(static_cast<std::size_t>(two_cycles().samples()));
   whole.change = "'who' changes";

@@ -183,8 +183,9 @@ void add_reading_options(const Command& command, RecordingFlags& flags) {
                      "Read the measured tilt from this column, by name or number, to find the protocol's start; none: "
                      "read no tilt; default: a column named tilt, platform or similar");
   command
-      .add_option("--tilt-unit", flags.tilt_unit,
-                  "Read tilt in this unit: deg, rad or mrad; default: from the column's name, else deg")
+      .add_option(
+          "--tilt-unit", flags.tilt_unit,
+          "Read tilt in this unit: deg, rad or mrad; default: from the column's name, else an angle's --unit, else deg")
       .one_of({"deg", "rad", "mrad"});
   command.add_option("--invert", flags.invert, "Reverse the sign of sway, tilt or both")
       .one_of({"sway", "tilt", "both"});

@@ -120,7 +120,7 @@ def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] =
     """Reads a CSV, MAT, C3D or .xlsx file.
 
     column, tilt_column: a name, or a number from 1; None: found by name; tilt_column "none": no tilt is read.
-    unit, tilt_unit: "deg", "rad" or "mrad"; None: from the column's name, else degrees.
+    unit, tilt_unit: "deg", "rad" or "mrad"; None: from the column's name, else degrees; the tilt's is `unit` before degrees.
     skip_lines: the number of lines above the table of a text file; None: found. section: the table to read in a text file
     of several, by its name or its number from 1, or the sheet of a workbook by its name.
     trial_column: the column that distinguishes the recordings of a file, several joined by commas, or an array of a

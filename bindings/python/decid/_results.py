@@ -48,7 +48,7 @@ class TiltMatch:
     """Compares the measured tilt of the platform with the protocol's."""
     delay_s: float  #: time in the recording at which the protocol starts
     correlation: float
-    gain: float  #: measured over the protocol's size
+    gain: Optional[float]  #: measured over the protocol's size; None: the tilt's column has no unit
 
 
 @dataclass(frozen=True)

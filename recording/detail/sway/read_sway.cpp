@@ -11,6 +11,7 @@
 #include "base/setting.hpp"
 #include "base/text.hpp"
 #include "recording/detail/sway/sway_name.hpp"
+#include "recording/detail/sway/sway_size.hpp"
 #include "recording/quality/detail/block_means.hpp"
 #include "recording/table/columns.hpp"
 #include "sim/double_pendulum.hpp"
@@ -47,15 +48,17 @@ std::vector<double> read_metres(const Table& table, int column, const RecordingO
 
 /// Returns the angles of displacements at the top of a rod of this length.
 std::vector<double> angles(const std::vector<double>& displacement_m, double length_m, const std::string& what,
-                           const std::string& where) {
+                           const Recording& recording) {
   std::vector<double> result;
   result.reserve(displacement_m.size());
   for (const double x : displacement_m) {
-    if (!(std::abs(x) < length_m))
-      throw Error(
-          Code::value_invalid, where,
-          what + " is " + three_digits(x) + " m from the upright, at a height of " + three_digits(length_m) + " m",
-          "check units and columns; positions count from the ankle (" + setting("ankle") + " COLUMN)");
+    if (!(std::abs(x) < length_m)) {
+      const std::string problem =
+          what + " is " + three_digits(x) + " m from the upright, at a height of " + three_digits(length_m) + " m";
+      refuse_differing_unit(recording, problem);
+      throw Error(Code::value_invalid, recording.file, problem,
+                  "check units and columns; positions count from the ankle (" + setting("ankle") + " COLUMN)");
+    }
     result.push_back(std::asin(x / length_m));
   }
   return result;
@@ -258,7 +261,7 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
              "the ankle's position is unknown (" + setting("ankle") + "): decid assumes that the mean of " +
                  sway.column + " is upright");
   if (source.kind == Kind::displacement) {
-    sway.rad = angles(positions[0], *options.com_height_m, sway.column, where);
+    sway.rad = angles(positions[0], *options.com_height_m, sway.column, recording);
     return sway;
   }
   if (stddev(positions[1]) < stddev(positions[0]))
@@ -267,8 +270,8 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
                     ": check whether the two are swapped");
   const sim::Segments segments = sim::make_segments({.height_m = *options.body_height_m});
   const std::vector<double> between = difference(positions[1], positions[0]);
-  sway.rad = join_segments(angles(positions[0], segments.leg_length_m, "the hip", where),
-                           angles(between, segments.trunk_length_m, "the shoulder", where), recording);
+  sway.rad = join_segments(angles(positions[0], segments.leg_length_m, "the hip", recording),
+                           angles(between, segments.trunk_length_m, "the shoulder", recording), recording);
   return sway;
 }
 

@@ -34,6 +34,13 @@ void check_assumed_unit(const Signal<double>& sway, double peak_to_peak_deg, con
 
 }  // namespace
 
+void refuse_differing_unit(const Recording& recording, const std::string& problem) {
+  const auto differs = std::ranges::find(recording.warnings, "unit_differs", &Warning::code);
+  if (differs != recording.warnings.end())
+    throw Error(Code::value_invalid, where(recording), problem + ": " + differs->text,
+                "correct " + setting("unit") + ", or leave it out if the name has the right unit");
+}
+
 void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, bool of_positions,
                 Recording& recording) {
   const std::string other =
@@ -51,6 +58,8 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
                 either(recording, "give samples of sway", "name the sway column with " + setting("column")));
   }
   if (peak_deg > max_deg) {
+    refuse_differing_unit(recording,
+                          sway.column + " reaches " + three_digits(peak_deg) + " degrees, beyond lying flat");
     const auto at = (upright - *low > *high - upright ? low : high) - sway.rad.begin();
     if (!in_memory(recording) && peak_to_peak_deg < 2.0 * max_plausible_deg)
       throw Error(Code::value_invalid, where(recording),

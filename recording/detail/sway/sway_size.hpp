@@ -10,4 +10,7 @@ namespace decid::recording {
 void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, bool of_positions,
                 Recording& recording);
 
+/// Throws Error with the problem of impossible values if reading has warned that the given unit is not the name's.
+void refuse_differing_unit(const Recording& recording, const std::string& problem);
+
 }  // namespace decid::recording

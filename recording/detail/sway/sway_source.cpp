@@ -139,11 +139,28 @@ std::string other_quantities(const Table& table, int time, const std::vector<int
                   " if it is a length in mm, cm or m");
 }
 
+/// Returns the columns that may be a position of the centre of mass: lengths by their names, and among them those that
+/// are called so. Empty if there are none, if `named` (-1: no column) has no unit, or beside forces.
+std::vector<int> position_candidates(const Table& table, int time, int named) {
+  const std::vector<int> lengths = length_candidates(table, time);
+  if (std::ranges::find(lengths, named) != lengths.end()) return {named};
+  const std::vector<int> centres = centre_of_mass_columns(table, lengths);
+  if (!centres.empty()) return centres;
+  const bool may_be_length = named >= 0 && !unit_in(table.own_name(named));
+  return may_be_length || !force_plate_advice(table).empty() ? std::vector<int>() : lengths;
+}
+
 /// Includes displacements: they may be the only column, and their unit is checked later.
 int find_sway(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
   const int named = find_named(table, time, sway_names, recording.file, setting("column"));
-  if (named >= 0) return named;
-  std::vector<int> candidates = sway_candidates(table, time);
+  std::vector<int> candidates;
+  // A given unit of lengths is for a column without one.
+  if (options.com_height_m && !(options.metres_per_unit && named >= 0))
+    candidates = position_candidates(table, time, named);
+  if (candidates.empty() && named >= 0) return named;
+  if (candidates.size() == 1 && (candidates.front() == named || !centre_of_mass_columns(table, candidates).empty()))
+    return candidates.front();
+  if (candidates.empty()) candidates = sway_candidates(table, time);
   if (candidates.empty()) refuse_none(table, time, {}, options, recording.file);
   const std::vector<int> tilts = tilt_columns(table, time);
   for (const int tilt : tilts) std::erase(candidates, tilt);

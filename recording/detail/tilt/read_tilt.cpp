@@ -160,6 +160,19 @@ int tilt_by_name(const Table& table, const ReadColumn& read, Recording& recordin
   return result;
 }
 
+/// Returns the unit of the tilt: the given one, else its name's, else the given unit of the sway, else the file's, else
+/// degrees.
+Unit tilt_unit(const Table& table, int column, const RecordingOptions& options, Recording& recording) {
+  const std::string& name = table.name(column);
+  const std::string own_setting = setting("tilt_unit");
+  if (options.tilt_unit || !options.unit || find_unit(name, {}, recording.file, own_setting))
+    return angle_unit(table, column, options.tilt_unit, own_setting, recording);
+  add_info(recording.warnings, "unit_assumed",
+           "the name of " + name + " has no unit: decid assumes that of " + setting("unit") + "; " + own_setting +
+               " gives another");
+  return *options.unit;
+}
+
 }  // namespace
 
 void read_tilt(const Table& table, int column, int sway, const ReadColumn& read, const RecordingOptions& options,
@@ -174,7 +187,7 @@ void read_tilt(const Table& table, int column, int sway, const ReadColumn& read,
                     std::to_string(table.rows(sway)),
                 "name signals that were sampled together");
   }
-  const Unit unit = angle_unit(table, column, options.tilt_unit, setting("tilt_unit"), recording);
+  const Unit unit = tilt_unit(table, column, options, recording);
   Signal<double> tilt{platform_tilt, name, read(column, 1)};
   if (const std::string change = table.change_at(column); !change.empty())
     add_info(recording.warnings, "resampled", change);

@@ -144,9 +144,9 @@ void add_others(const Candidate& best, const std::vector<Candidate>& found, Reco
   for (const Candidate& other : found)
     if (other.column != best.column) others += (others.empty() ? "'" : ", '") + other.column->name + "'";
   add_info(recording.warnings, "tilt_found",
-           "no column is clearly the tilt by its name; '" + best.column->name + "' follows the protocol's tilt (" +
-               figure(best.match.correlation) + ")" +
-               (best.column->has_unit ? "" : ", and gives only the protocol's start because it has no unit") +
+           "the column '" + best.column->name + "' is assumed to be the platform's tilt, because it follows the " +
+               "protocol's (" + figure(best.match.correlation) + ")" +
+               (best.column->has_unit ? "" : "; its size is unknown, because it has no unit") +
                (others.empty() ? std::string()
                                : "; so does " + others + ", which " + setting("tilt_column") + " would select"));
   if (best.is_other_size()) return;
@@ -207,7 +207,7 @@ void look_for_tilt_by_values(const ProtocolPlan& plan, double from_hz, Recording
   }
   Candidate& best = *std::ranges::min_element(found, {}, &Candidate::rank);
   add_others(best, found, recording);
-  recording.tilt_was_found = true;
+  recording.tilt_was_found = recording.tilt_was_found_by_values = true;
   recording.tilt_size_is_unknown = !best.column->has_unit;
   if (recording.tilt_size_is_unknown)
     for (double& value : best.rad) value = (value - best.offset) / best.match.gain;

@@ -139,15 +139,22 @@ void refuse_rest(const Signal<double>& tilt, const std::vector<double>& measured
                  setting("protocol") + " of decid fit"));
 }
 
-/// Returns which unit the tilt may have if it is `gain` times as large as the protocol's; empty for other gains.
-std::string unit_of_gain(double gain) {
-  for (const auto& [factor, unit] : {std::pair{sim::rad_per_deg, "radians"},
-                                     {1e3 * sim::rad_per_deg, "milliradians"},
-                                     {1.0 / sim::rad_per_deg, "degrees"},
-                                     {1e-3 / sim::rad_per_deg, "degrees"},
-                                     {1e3, "milliradians"},
-                                     {1e-3, "radians"}})
-    if (std::abs(gain / factor - 1.0) < good_gain) return std::string(", because these may be ") + unit;
+/// Returns a sentence's beginning with the remedy for a tilt that is `gain` times as large as the protocol's because of
+/// its unit; empty for other gains.
+std::string unit_remedy(double gain, const Recording& recording) {
+  struct UnitOfGain {
+    double factor;
+    const char *name, *plural;
+  };
+  for (const UnitOfGain& one : {UnitOfGain{sim::rad_per_deg, "rad", "radians"},
+                                {1e3 * sim::rad_per_deg, "mrad", "milliradians"},
+                                {1.0 / sim::rad_per_deg, "deg", "degrees"},
+                                {1e-3 / sim::rad_per_deg, "deg", "degrees"},
+                                {1e3, "mrad", "milliradians"},
+                                {1e-3, "rad", "radians"}})
+    if (std::abs(gain / one.factor - 1.0) < good_gain)
+      return "give " + either(recording, "the tilt's unit", setting("tilt_unit") + " " + one.name) +
+             " if the tilt is in " + one.plural + ", as its size suggests; else ";
   return {};
 }
 
@@ -155,7 +162,8 @@ std::string unit_of_gain(double gain) {
 /// the protocol's rate; at: the place of the match, for texts.
 TiltMatch judged(const Signal<double>& tilt, const std::vector<double>& measured, const Match& match,
                  const std::string& at, const sim::Protocol& protocol, Recording& recording) {
-  TiltMatch result{match.delay_samples / protocol.experiment.sample_rate_hz, match.correlation, match.gain};
+  TiltMatch result{match.delay_samples / protocol.experiment.sample_rate_hz, match.correlation,
+                   recording.tilt_size_is_unknown ? std::nan("") : match.gain};
   if (match.correlation < min_correlation) refuse_comtest(tilt, measured, protocol, match.correlation, recording);
   const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
   if (match.correlation < good_correlation && match.correlation > -good_correlation)
@@ -187,10 +195,10 @@ TiltMatch judged(const Signal<double>& tilt, const std::vector<double>& measured
     result.is_other_size = true;
     add_caution(
         recording.warnings, "tilt_of_other_size",
-        "the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +
+        unit_remedy(match.gain, recording) + "the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +
             " times as far as the protocol prescribes, so these values are biased: analyse with your own protocol (" +
             either(recording, "a fit with a protocol of your amplitude", "decid fit with " + setting("protocol")) +
-            "), or check " + either(recording, "the tilt's unit", setting("tilt_unit")) + unit_of_gain(match.gain));
+            "), or check " + either(recording, "the tilt's unit", setting("tilt_unit")));
   }
   return result;
 }
@@ -262,8 +270,10 @@ std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Rec
   try_to(
       [&] {
         match = find_start(plan, from_hz, recording);
-        add_info(recording.warnings, "tilt_found",
-                 "the column " + tilt.column + " is assumed to be the platform's tilt and gives the protocol's start");
+        if (!recording.tilt_was_found_by_values)
+          add_info(
+              recording.warnings, "tilt_found",
+              "the column " + tilt.column + " is assumed to be the platform's tilt and gives the protocol's start");
       },
       recording);
   return match;

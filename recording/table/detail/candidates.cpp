@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "recording/table/columns.hpp"
@@ -62,6 +63,36 @@ std::vector<int> sway_candidates(const Table& table, int time) {
   if (!likely.empty()) return likely;
   if (!signals.empty()) return signals;
   return quaternions.empty() ? all : quaternions;
+}
+
+std::vector<int> length_candidates(const Table& table, int time) {
+  std::vector<int> lengths;
+  for (int column = 0; table.has_header() && column < table.columns(); ++column) {
+    const std::string& name = table.own_name(column);
+    const char* quantity = other_quantity(name);
+    const bool is_pressure = quantity != nullptr && std::string_view(quantity) == centre_of_pressure;
+    if (column != time && find_metres_per_unit(name) && !is_pressure && !is_time_name(name)) lengths.push_back(column);
+  }
+  return lengths;
+}
+
+std::vector<int> centre_of_mass_columns(const Table& table, const std::vector<int>& columns) {
+  for (const std::string_view wanted : {"com_x", "com_ap", "com"}) {
+    std::vector<int> found;
+    for (const int column : columns) {
+      std::string name = table.own_name(column);
+      name = name_without_unit(std::string_view(name).substr(name.find_last_of(':') + 1));  // "Sub1:COM_X_mm"
+      for (const std::string_view called : {"centre_of_mass", "center_of_mass", "centreofmass", "centerofmass", "ksp",
+                                            "koerperschwerpunkt", "k\xC3\xB6rperschwerpunkt", "cog"})
+        if (name == called || name.starts_with(std::string(called) + "_")) {
+          name.replace(0, called.size(), "com");
+          break;
+        }
+      if (name == wanted) found.push_back(column);
+    }
+    if (!found.empty()) return found;
+  }
+  return {};
 }
 
 }  // namespace decid::recording

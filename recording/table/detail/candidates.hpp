@@ -12,4 +12,11 @@ namespace decid::recording {
 /// names; without these, the quaternions; without these, all columns except the time.
 std::vector<int> sway_candidates(const Table& table, int time);
 
+/// Returns the columns whose names have a unit of lengths, except centres of pressure.
+std::vector<int> length_candidates(const Table& table, int time);
+
+/// Returns those of the columns that are called centre of mass, forward or in no direction: "COM_x_mm",
+/// "CentreOfMass X (mm)", "Sub1:COM_X_mm", "KSP_x_mm". Several are of several people or languages.
+std::vector<int> centre_of_mass_columns(const Table& table, const std::vector<int>& columns);
+
 }  // namespace decid::recording

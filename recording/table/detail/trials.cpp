@@ -300,7 +300,7 @@ void refuse_several_trials(const Table& table, int sway, int time, const std::st
               advice + (is_one ? "; " + setting("trial_column") + " none reads all rows as one" : ""));
 }
 
-std::string describe_change(const Table& table, int sway, int time, double rate_hz) {
+std::pair<std::string, std::optional<double>> describe_change(const Table& table, int sway, int time, double rate_hz) {
   constexpr std::size_t looks = 9;  // cells that are looked at first: a signal has another value in each
   constexpr std::size_t max_values = 10;
   constexpr double min_mean_s = 2.0;  // of the stretches of a named column with more values: it may count seconds
@@ -321,9 +321,12 @@ std::string describe_change(const Table& table, int sway, int time, double rate_
     if (!has_few || !distinguishes(labels) || !are_stretches(labels)) continue;
     const auto change = std::ranges::adjacent_find(labels.of_row, std::not_equal_to<>());
     const auto row = static_cast<std::size_t>(change - labels.of_row.begin()) + 1;
-    return "'" + table.name(column) + "' changes from '" + first + "' to '" + labels.values[labels.of_row[row]] +
-           "' at " + six_digits(static_cast<double>(row) / rate_hz) + " s: if the file holds several recordings, " +
-           remedy_by(listed(table, {column}));
+    const double change_s = static_cast<double>(row) / rate_hz;
+    const std::string text = "'" + table.name(column) + "' changes from '" + first + "' to '" +
+                             labels.values[labels.of_row[row]] + "' at " + six_digits(change_s) +
+                             " s: if the file holds several recordings, " + remedy_by(listed(table, {column}));
+    const bool may_be_trigger = labels.values.size() == 2 && !is_named;
+    return {text, may_be_trigger ? std::optional(change_s) : std::nullopt};
   }
   return {};
 }

@@ -2,7 +2,9 @@
 // Not installed.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "recording/table/table.hpp"
@@ -35,8 +37,9 @@ std::string remedy_for_several(const Table& table, int sway, int time, const std
 
 /// Describes the first column, except sway and time, whose values are a stretch of rows each: the file may hold several
 /// recordings. It has 2 to 10 values; or more, with a name as above, if each lasts 2 s in the mean. Empty without one.
-/// `rate_hz`: of the rows.
-std::string describe_change(const Table& table, int sway, int time, double rate_hz);
+/// The second result is the time from the first row to the second of two values, if the name is not a recording's: the
+/// column may be a trigger. `rate_hz`: of the rows.
+std::pair<std::string, std::optional<double>> describe_change(const Table& table, int sway, int time, double rate_hz);
 
 /// Returns the sway column, or one called trial or similar, that has the times of one recording if the time column has
 /// none: their names may be swapped. Empty otherwise.

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "base/error.hpp"
@@ -72,6 +73,33 @@ TEST_CASE("reliability: intervals hold the true correlation, and few unchanged p
     CHECK(within(held / double{studies}, 0.95, 0.02));
     CHECK(within(exceeded / (double{studies} * persons), 0.044, 0.0035));
   }
+}
+
+// irr has -18.8 to -18.4 for an ICC of -16.8 in the first of these studies.
+TEST_CASE("reliability: an interval holds its estimate, or is unknown") {
+  const Reliability two = reliability(2, std::vector<double>{10, 14, 13, 10.5});
+  CHECK(near(two.icc_single, -16.8, 1e-12));
+  for (const double end : two.icc_single95) CHECK(std::isnan(end));
+  const Reliability four = reliability(2, std::vector<double>{1, 3, 2.5, 1, 2, 2.2, 1.8, 2.1});
+  CHECK(near(four.icc_single, -1.58649, 1e-5));
+  CHECK(near(four.icc_single95[0], -1.78198, 1e-5));
+  CHECK(near(four.icc_single95[1], -0.137452, 1e-5));
+  const decid::Random random(34, decid::Stream::user, 0);
+  std::uint64_t used = 0;
+  int unknown = 0;
+  constexpr int studies = 2000;
+  for (int study = 0; study < studies; ++study) {
+    std::vector<double> values(2 * (2 + static_cast<std::size_t>(study) % 4));
+    for (double& value : values) value = random.normal(used++);
+    const Reliability found = reliability(2, values);
+    for (const auto& [estimate, ends] :
+         {std::pair{found.icc_single, found.icc_single95}, std::pair{found.icc_average, found.icc_average95}}) {
+      CHECK((std::isnan(ends[0]) || (ends[0] <= estimate + 1e-6 && estimate <= ends[1] + 1e-6)));
+      unknown += std::isnan(ends[0]) ? 1 : 0;
+    }
+  }
+  CHECK(unknown > 0);
+  CHECK(unknown < studies / 4);
 }
 
 TEST_CASE("reliability: visits that agree exactly have a reliability of 1") {

@@ -217,7 +217,9 @@ TEST_CASE("more than ten stretches count if their column is called as recordings
     for (int k = 0; k < 1500; ++k)
       text += std::to_string(k * 0.02) + "," + std::to_string(k % 7) + "," +
               std::to_string(static_cast<int>(k * 0.02 / stretch_s)) + "\n";
-    return read(text).change;
+    const Recording made = read(text);
+    CHECK_FALSE(made.change_s);
+    return made.change;
   };
   CHECK(change("rep", 2.5).starts_with("'rep' changes from '0' to '1' at 2.5 s"));
   CHECK(change("who", 2.5).empty());
@@ -247,4 +249,13 @@ TEST_CASE("a column of few values that change in stretches may tell recordings a
     signal += std::to_string(k * 0.01) + "," + std::to_string(k % 7) + "," + std::to_string(k) + "," +
               (k / 10 % 2 ? "on" : "off") + "\n";
   CHECK(read(signal).change.empty());
+  // A column of two values that is not called as recordings are may be a trigger.
+  for (const std::string name : {"trigger", "block", "eyes"}) {
+    std::string text = "time,com_sway_deg," + name + "\n";
+    for (int k = 0; k < 60; ++k)
+      text += std::to_string(k * 0.01) + "," + std::to_string(k % 7) + "," + (k < 20 ? "0" : "5") + "\n";
+    const Recording made = read(text, {.is_one_trial = name == "block"});
+    CHECK(made.change_s.has_value() == (name == "trigger"));
+    if (made.change_s) CHECK(near(*made.change_s, 0.2, 1e-9));
+  }
 }

@@ -221,7 +221,9 @@ std::string reliability_text(const Report& report, const sim::ParameterTable& ta
       if (!of_pair[p]) continue;
       const cohort::Reliability& found = *of_pair[p];
       const std::string icc_interval =
-          number_text(found.icc_single95[0], "%.2f") + " to " + number_text(found.icc_single95[1], "%.2f");
+          std::isnan(found.icc_single95[0])
+              ? "-"
+              : number_text(found.icc_single95[0], "%.2f") + " to " + number_text(found.icc_single95[1], "%.2f");
       text +=
           format("    %s %9s %15s %10s %10s %8s\n", labels[p].c_str(), number_text(found.icc_single, "%.2f").c_str(),
                  icc_interval.c_str(), number_text(found.standard_error, "%.3g").c_str(),

@@ -115,9 +115,11 @@ std::string sway_text(const RecordingResult& id) {
   if (std::isfinite(id.explanation.response_ratio))
     text += format("; stimulus response ratio %.2f", id.explanation.response_ratio);
   if (id.trial.tilt) {
-    text += format("\n  platform movement found at %.3f s (column %s, correlation %.3f, gain %.3f)",
+    const double gain = id.trial.tilt->gain;
+    text += format("\n  platform movement found at %.3f s (column %s, correlation %.3f, %s)",
                    std::round(1e3 * id.trial.tilt->delay_s) / 1e3 + 0.0,  // no -0.000
-                   id.tilt_column.c_str(), id.trial.tilt->correlation, id.trial.tilt->gain);
+                   id.tilt_column.c_str(), id.trial.tilt->correlation,
+                   std::isnan(gain) ? "size unknown (no unit)" : format("gain %.3f", gain).c_str());
   }
   return text + "\n";
 }

@@ -52,8 +52,8 @@ Json page_correlations(const Found& found, std::size_t parameters) {
   return correlations;
 }
 
-/// Returns the recording's measured tilt: "column", "delay_s", "correlation", "gain"; null if there is none. number:
-/// formats the values.
+/// Returns the recording's measured tilt: "column", "delay_s", "correlation", "gain" (null: unknown); null if there is
+/// none. number: formats the values.
 Json tilt_to_json(const RecordingResult& recording, Json (*number)(double) = page_number);
 
 /// Returns the power of ten that scales values to whole numbers of three to four digits. `widest`: their widest

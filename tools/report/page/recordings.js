@@ -31,7 +31,7 @@ function parameterTable({ parameters, protocol, body_assumed: assumed }, network
 // ---- the answer ----------------------------------------------------------------------------------------------------
 
 const describeTilt = tilt => absent(tilt) ? "" : ` Platform movement found at ${fixed(tilt.delay_s, 3)} s ` +
-  `(column \u201c${tilt.column}\u201d, correlation ${fixed(tilt.correlation, 3)}, gain ${fixed(tilt.gain, 3)}).`;
+  `(column \u201c${tilt.column}\u201d, correlation ${fixed(tilt.correlation, 3)}, ${tilt.gain === null ? "size unknown (no unit)" : `gain ${fixed(tilt.gain, 3)}`}).`;
 
 // Describes what decid read, with the notes on what it assumed.
 function aboutRecording({ column, protocol, tilt, warnings }) {
