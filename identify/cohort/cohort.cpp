@@ -163,9 +163,10 @@ void add_interactions(const Drawn& drawn, std::vector<Contrast>& contrasts, Resu
           factor_of(cell(first.second), cell(second.second)) >= factor)
         continue;
       Interaction interaction{a, b, {}};
+      if (second_is_minuend(cell(first.first), cell(second.first))) std::swap(interaction.first, interaction.second);
       for (std::size_t p = 0; p < design.parameters; ++p) {
-        Contrast made = contrasts[a * design.parameters + p];
-        const Contrast& other = contrasts[b * design.parameters + p];
+        Contrast made = contrasts[interaction.first * design.parameters + p];
+        const Contrast& other = contrasts[interaction.second * design.parameters + p];
         for (std::size_t i = 0; i < made.difference.size(); ++i) {
           made.difference[i] -= other.difference[i];
           made.variance[i] = 0.5 * (made.variance[i] + other.variance[i]);
@@ -184,8 +185,9 @@ void add_comparisons(const Drawn& drawn, const std::vector<std::vector<CellSerie
     for (std::size_t b = a + 1; b < cells.size(); ++b) {
       if (!differ_in_one(design.cells[a], design.cells[b])) continue;
       Comparison comparison{a, b, participants_in_both(design, a, b), {}};
+      if (second_is_minuend(design.cells[a], design.cells[b])) std::swap(comparison.first, comparison.second);
       for (std::size_t p = 0; p < design.parameters; ++p) {
-        const CellSeries &first = cells[a][p], &second = cells[b][p];
+        const CellSeries &first = cells[comparison.first][p], &second = cells[comparison.second][p];
         Contrast made;
         for (std::size_t i = 0; i < first.mean.size(); ++i) {
           made.difference.push_back(first.mean[i] - second.mean[i]);

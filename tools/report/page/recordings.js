@@ -263,7 +263,7 @@ function changesTables() {
       if (changed) made.classList.add("strong");
       return made;
     };
-    return element("div", {}, element("h3", {}, `${name}, each person`), element("div", { class: "scroll" }, element("table", { class: "recordings changes" },
+    return element("div", {}, element("h3", {}, `Change: ${name}, each person`), element("div", { class: "scroll" }, element("table", { class: "recordings changes" },
       element("caption", {}, `Differences${model ? " by the hierarchical model" : ""} with 95% intervals: bold where these leave out 0, else within measurement error.` +
         (cautious ? ` A recording has a caution, so intervals may be too narrow: ${cautious}.` : "")),
       element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Person"), ...shown.map(parameter => numberHeading(symbolAndUnit(parameter))))),
