@@ -264,7 +264,8 @@ function changesTables() {
       return made;
     };
     return element("div", {}, element("h3", {}, `Change: ${name}, each person`), element("div", { class: "scroll" }, element("table", { class: "recordings changes" },
-      element("caption", {}, `Differences${model ? " by the hierarchical model" : ""} with 95% intervals: bold where these leave out 0, else within measurement error.` +
+      element("caption", {}, `Differences${model ? " by the hierarchical model" : ""} with 95% intervals: bold where these leave out 0, else within measurement error. Above 0: higher in the first-named. ` +
+        `The ${here.length * shown.length} intervals are not adjusted for their number: about 1 of 20 leaves out 0 by chance.` +
         (cautious ? ` A recording has a caution, so intervals may be too narrow: ${cautious}.` : "")),
       element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Person"), ...shown.map(parameter => numberHeading(symbolAndUnit(parameter))))),
       element("tbody", {}, ...here.map(({ participant_id: person, parameters }) => element("tr", {}, element("th", { scope: "row" }, person), ...parameters.map(changeCell)))))));
