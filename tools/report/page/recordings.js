@@ -274,11 +274,12 @@ function changesTables() {
 
 // Describes what counts as a person, and which recordings no comparison of groups includes.
 function groupNotes() {
-  const { participant_column: column, left_out: out } = report.groups.group_comparison;
+  const { participant_column: column, left_out: out, bodies_differ: differ, mgh } = report.groups.group_comparison;
   const people = absent(column) ? "The table of groups has no column \u201cparticipant_id\u201d: each recording counts as a person. Several recordings of one person would make the intervals too narrow."
     : `Recordings with the same \u201c${column}\u201d are of one person and are averaged first; people are compared.`;
   const notInferred = report.groups.group_comparison.fixed_parameters;
   return element("div", {}, element("h3", {}, "Who is compared"), element("p", { class: "about" }, people),
+    !differ ? null : element("p", { class: "about" }, `Stiffness and damping are scaled to one body, of m g h = ${fixed(mgh, 0)} N m/rad. The values of each recording, and --table, are for the person\u2019s own body.`),
     notInferred.length === 0 ? null : element("p", { class: "about" }, `Fixed, and so not compared: ${notInferred.join(", ")}.`),
     out.length === 0 ? null : element("p", { class: "about" }, `Left out: ${out.length} ${out.length === 1 ? "recording" : "recordings"}: ` +
       out.map(({ file, group, reason }) => `${file} (${group}; ${reasons[reason]})`).join(", ") + "."));
