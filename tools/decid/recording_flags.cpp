@@ -116,6 +116,21 @@ std::optional<sim::Body> BodyFlags::body() const {
   return sim::body_of_participant({.mass_kg = *mass_kg, .height_m = *height_m});
 }
 
+void BodyFlags::refuse_instead_of(const sim::Protocol& protocol) const {
+  const std::optional<sim::Body> person = body();
+  if (!person) return;
+  const sim::Body& own = protocol.experiment.body;
+  try {
+    static_cast<void>(sim::make_participant(own));
+  } catch (const Error&) {
+    throw Error(Code::setting_conflict, "--mass, --height",
+                format("give a person's body, m g h %.0f N m/rad, and protocol '%s' has a body that is not a person's, "
+                       "m g h %.0f N m/rad",
+                       person->mgh(), protocol.name.c_str(), own.mgh()),
+                "leave them out to fit the protocol's body, or delete its \"body\"");
+  }
+}
+
 std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& table) const {
   if (truth.empty()) return {};
   return table.from_text(truth, "--truth");
