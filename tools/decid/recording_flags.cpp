@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <iostream>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -234,8 +235,18 @@ void add_truth_option(const Command& command, RecordingFlags& flags) {
 }
 
 void tell_errors(const std::string& command, const std::vector<RecordingResult>& all) {
-  for (const RecordingResult& id : all)
-    if (id.error) std::cerr << "decid: " << one_line(id.error->what()) << '\n';
+  std::vector<std::pair<std::string, long long>> lines;  // each once: a person's line may fail for all recordings
+  for (const RecordingResult& id : all) {
+    if (!id.error) continue;
+    const std::string text = one_line(id.error->what());
+    const auto same = std::ranges::find(lines, text, &std::pair<std::string, long long>::first);
+    if (same == lines.end())
+      lines.emplace_back(text, 1);
+    else
+      ++same->second;
+  }
+  for (const auto& [text, count] : lines)
+    std::cerr << "decid: " << text << (count > 1 ? " (" + counted(count, "recording") + ")" : "") << '\n';
   const auto failed = std::ranges::count_if(all, [](const RecordingResult& id) { return id.error.has_value(); });
   if (failed > 0) {
     throw Error(Code::recordings_failed, command,

@@ -229,6 +229,16 @@ TEST_CASE("a study in two sessions: changes within persons, between groups, and 
   run_ok("rerun --quiet " + folder / "o.json");
 }
 
+TEST_CASE("an error of a person's line is printed once for all recordings of this person") {
+  const Folder folder;
+  for (const char* name : {"p1_a.csv", "p1_b.csv", "p1_c.csv"}) write_text(folder / name, "time,sway_deg\n0,1\n");
+  write_text(folder / "s.csv", "participant_id,weight,height\np1,heavy,1.7\n");
+  const Result result = run_decid("identify --study " + folder / "s.csv");
+  CHECK(result.code == 2);
+  CHECK(std::ranges::count(result.err, '\n') == 2);  // the error, and how many recordings failed
+  CHECK(contains(result.err, "3 recordings"));
+}
+
 TEST_CASE("fit: a study of two bodies and two protocols, each with the bits of a call of its own" *
           doctest::test_suite("long")) {
   const Folder folder;
