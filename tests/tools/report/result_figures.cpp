@@ -5,6 +5,7 @@
 
 #include <sstream>
 
+#include "base/files/json_object.hpp"
 #include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
 #include "tests/tools/report/page_text.hpp"
