@@ -143,6 +143,15 @@ TEST_CASE("export controller: gains are scaled to another body by m g h, and tha
   CHECK_FALSE(std::filesystem::exists(folder / "n"));
 }
 
+TEST_CASE("export controller: a recording is neither a result nor a protocol") {
+  const Folder folder;
+  write_text(folder / "t.csv", "time,sway_deg\n0,1\n");
+  write_result(folder / "r.json", person, gains(person));
+  const std::string call = "export controller -o " + folder / "n" + " ";
+  check_refused(call + folder / "t.csv", "decid identify -o");
+  check_refused(call + folder / "r.json" + " --scale-to " + folder / "t.csv", "give a protocol");
+}
+
 TEST_CASE("export controller: a recording of a study has the gains of its own body") {
   const Folder folder;
   Json result{{"body", body_json(sim::Body{})}, {"recordings", Json::array()}};

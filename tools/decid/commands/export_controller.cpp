@@ -5,8 +5,10 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <system_error>
 
 #include "base/error.hpp"
+#include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
@@ -115,7 +117,19 @@ Json controller_json(const ControllerOptions& options, const sim::Body& body, bo
               {"peak_active_torque_nm", limits.peak_active_torque_nm}};
 }
 
+/// Throws Error for a file that does not begin like JSON, such as a recording. remedy: which file to give.
+void require_json(const std::string& path, const std::string& remedy) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return;
+  const std::string text = read_file(path);
+  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  if (first == std::string::npos || (text[first] != '{' && text[first] != '['))
+    throw Error(Code::file_unsupported, path, "is not JSON", remedy);
+}
+
 void export_controller(ControllerOptions options, const Command& command) {
+  require_json(options.result, "give the JSON that decid identify -o or decid fit -o writes");
+  require_json(options.scale_to, "give a protocol: default, short or a JSON file");
   options.names_protocol = command.count("--protocol") > 0;
   check_firmware_name(options.name);
   const int steps_per_second = steps_per_second_of(options.step_s);
