@@ -64,7 +64,7 @@ function failures(what) {
 
 const groupColours = ["--draw", "--again", "--third", "--fourth"];
 const groupOf = index => report.groups ? report.groups.members[index].group : "";
-const reasons = { tilt_of_other_size: "platform tilted by another angle", "not usable": "not usable", error: "could not be read" };
+const reasons = { tilt_of_other_size: "platform tilted by another angle", "not usable": "not usable", error: "not analysed" };
 // Returns why a comparison of groups leaves out a recording, or nothing.
 const leftOut = index => report.groups ? report.groups.members[index].left_out : "";
 const peopleText = count => count === 1 ? "1 person" : `${count} people`;
@@ -313,9 +313,9 @@ function contents(valueCell, last) {
   if (recordings.length < 2) return;
   const count = kind => recordings.filter(({ trust }) => trust === kind).length;
   const counts = Object.keys(verdicts).filter(kind => count(kind) > 0).map(kind => `${count(kind)} ${kind}`);
-  const unread = report.failed.length, failed = unread > 0 ? `; ${unread} file${unread === 1 ? "" : "s"} could not be read` : "";
+  if (report.failed.length > 0) counts.push(`${report.failed.length} not analysed`);
   const nav = document.getElementById("contents");
-  nav.append(element("h2", {}, `${recordings.length} recordings`), element("p", { class: "about" }, counts.join(", ") + failed + "."));
+  nav.append(element("h2", {}, `${recordings.length + report.failed.length} recordings`), element("p", { class: "about" }, counts.join(", ") + "."));
   if (report.groups?.verdicts.sentences.length > 0) nav.append(verdictsBox(report.groups.verdicts));
   if (report.groups) nav.append(groupNotes(), ...report.groups.comparisons.map(comparisonTable),
     ...(report.groups.hierarchical?.comparisons ?? []).map(cohortTable),
