@@ -338,7 +338,8 @@ std::function<std::string(const SheetEntry& entry)> StudySheet::reader_for(const
   }
   if (found == columns.end())
     throw Error(Code::column_missing, file.string(), "has no column '" + column + "' of participants or conditions",
-                "name participant_id, session, group, condition or another column of the sheet");
+                "name participant_id, session, group, condition or another column of the sheet: " +
+                    joined(names, ", ", one_line));
   return [place = static_cast<std::size_t>(found - columns.begin())](const SheetEntry& entry) {
     return place < entry.cells.size() ? entry.cells[place] : std::string();
   };

@@ -67,6 +67,9 @@ TEST_CASE("read_sheet: a recording is not a sheet, and a sheet not a recording")
   const auto small = write_text(folder / "t.csv", "Proband,Gruppe,Alter\n1,a,70\n2,b,71\n");
   CHECK(looks_like_sheet(small));
   CHECK_FALSE(looks_like_sheet(folder / "none.csv"));
+  const Error lists = error_of([&] { read_sheet(small).reader_for("age"); });
+  CHECK(lists.code() == Code::column_missing);
+  CHECK(lists.remedy().find("Alter") != std::string::npos);
   const recording::ProtocolPlan plan(sim::Protocol{});
   CHECK(read_source(plan, small, {}).error.value().code() == Code::file_unsupported);
 }

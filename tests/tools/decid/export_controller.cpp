@@ -196,6 +196,12 @@ TEST_CASE("export controller: margins and the peak torque, in the JSON and the h
   const auto json = run_json(command + " --json");
   CHECK(json["stable"] == true);
   CHECK(json["body"]["mass_kg"] == sim::Body{}.mass_kg);
+  CHECK(json["body"]["assumed"] == true);
+  CHECK(run_json(command + " --mass 70 --com-height 1 --json")["body"]["assumed"] == false);
+  CHECK_FALSE(contains(run_ok(command).err, "narrow"));
+  const double gain_low = json["gain_margin"][0];
+  const sim::Parameters middle = sim::single_pendulum().parameters.middle();
+  CHECK(contains(run_ok(command + format(" --kp %.17g", 1.05 * gain_low * middle[sim::Kp])).err, "narrow"));
   const double delay_s = sim::single_pendulum().parameters.middle()[sim::Delay];
   const double margin_s = json["delay_margin_s"];
   // The margin is what --delay may grow by; a step of 10 ms instead of 1 takes 9 ms of it.
