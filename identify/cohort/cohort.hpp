@@ -79,11 +79,15 @@ bool differ_in_one(const First& a, const Second& b) {
   return (a.group != b.group ? 1 : 0) + (a.session != b.session ? 1 : 0) + (a.condition != b.condition ? 1 : 0) == 1;
 }
 
+/// Returns true if the second of two sessions in NameOrder is the later one. Words such as pre and post, or baseline
+/// and follow-up, count before the order of names: "post" stands before "pre".
+bool second_is_later(const std::string& first, const std::string& second);
+
 /// Returns true if the difference of two cells that are compared is the second, the later session, minus the first;
 /// a difference of groups or conditions is the first minus the second.
 template <class First, class Second>
 bool second_is_minuend(const First& a, const Second& b) {
-  return a.session != b.session;
+  return a.session != b.session && second_is_later(a.session, b.session);
 }
 
 /// One group in one session and condition.

@@ -228,6 +228,24 @@ TEST_CASE("cohort: persons in two sessions are compared in pairs, and their chan
   CHECK(found.variances[0].visit.mean > 0.0);
 }
 
+TEST_CASE("cohort: the later of two sessions, also by words") {
+  using decid::cohort::second_is_later;
+  for (const auto& [first, second] : {std::pair("1", "2"),
+                                      {"T1", "T2"},
+                                      {"2024-03-31", "2024-05-01"},
+                                      {"pre", "week 6"},
+                                      {"baseline", "follow-up"},
+                                      {"post 1", "post 2"}})
+    CHECK(second_is_later(first, second));
+  for (const auto& [first, second] : {std::pair("post", "pre"),
+                                      {"after", "Before"},
+                                      {"Nachher", "Vorher"},
+                                      {"follow-up", "pre"},
+                                      {"fu1", "t0"},
+                                      {"month 3", "pre"}})
+    CHECK_FALSE(second_is_later(first, second));
+}
+
 TEST_CASE("cohort: how much more one group changes is the difference of two differences") {
   Normals normal(9);
   std::vector<Recording> recordings;
