@@ -152,13 +152,16 @@ GroupEffect paired_effect(std::span<const double> first, std::span<const double>
 }
 
 GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std::size_t parameters,
-                               const IsCompared& is_compared) {
+                               const OrderOfPair& order_of) {
   const Groups by_name = participants_of(recordings, parameters);
   const auto is_large = [](const auto& group) { return group->second.size() > 1; };
   std::vector<std::pair<Groups::const_iterator, Groups::const_iterator>> pairs;
   for (auto first = by_name.begin(); first != by_name.end(); ++first)
-    for (auto second = std::next(first); second != by_name.end(); ++second)
-      if (!is_compared || is_compared(first->first, second->first)) pairs.emplace_back(first, second);
+    for (auto second = std::next(first); second != by_name.end(); ++second) {
+      const PairOrder order = order_of ? order_of(first->first, second->first) : PairOrder::first_minus_second;
+      if (order == PairOrder::first_minus_second) pairs.emplace_back(first, second);
+      if (order == PairOrder::second_minus_first) pairs.emplace_back(second, first);
+    }
   const auto is_small = [&](const auto& pair) { return !is_large(pair.first) || !is_large(pair.second); };
   const bool leaves_out = !std::ranges::all_of(pairs, is_small);
   if (leaves_out) std::erase_if(pairs, is_small);

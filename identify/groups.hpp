@@ -101,12 +101,14 @@ struct GroupComparison {
   std::size_t intervals = 0;                ///< parameters times pairs: what the adjusted intervals are adjusted for
   std::vector<std::size_t> too_small = {};  ///< places of groups of fewer than two people, which no pair has
 };
-/// Compares every pair of groups, or those for whose names `is_compared` returns true. Leaves out groups of fewer than
-/// two people, whose differences have no interval, if a pair of larger groups remains. Throws Error for a recording
-/// with another number of values than `parameters`.
-using IsCompared = std::function<bool(const std::string& first, const std::string& second)>;
+/// Says whether two groups, in the order of their names, are compared, and which of them is a GroupPair's first.
+enum class PairOrder { not_compared, first_minus_second, second_minus_first };
+/// Compares every pair of groups, first minus second, or as `order_of` says by their names. Leaves out groups of fewer
+/// than two people, whose differences have no interval, if a pair of larger groups remains. Throws Error for a
+/// recording with another number of values than `parameters`.
+using OrderOfPair = std::function<PairOrder(const std::string& first, const std::string& second)>;
 GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std::size_t parameters,
-                               const IsCompared& is_compared = {});
+                               const OrderOfPair& order_of = {});
 
 /// A table of groups and the comparison of the recordings of one call. All lists of parameters have those that are
 /// compared: Report::inferred_parameters().

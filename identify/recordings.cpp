@@ -6,6 +6,7 @@
 #include "base/parallel.hpp"
 #include "base/setting.hpp"
 #include "identify/body_warnings.hpp"
+#include "identify/study/sheet.hpp"
 
 namespace decid {
 
@@ -58,6 +59,9 @@ RecordingResult read_source(const recording::ProtocolPlan& plan, const Recording
   } catch (const Error& error) {
     const bool is_file = error.where() == source.file.string();
     result.error = is_file ? Error(error.code(), file, error.problem(), error.remedy()) : error;
+    if (is_file && looks_like_sheet(source.file))
+      result.error = Error(Code::file_unsupported, file, "looks like a study's sheet, not like a recording",
+                           "give it with " + setting("study"));
   }
   result.file = file;
   result.truth = options.truth;

@@ -142,10 +142,12 @@ GroupReport report_groups(GroupTable table, const Report& report) {
         one.values.push_back(scale_to(made.mgh_nm_rad, report, report.recordings[i], p) * values[p]);
     members[i] = {member.participant, member.session, member.group, member.condition, member.covariates, {}};
   }
-  const auto differ_in_one = [&](const std::string& first, const std::string& second) {
-    return cohort::differ_in_one(*cells.at(first), *cells.at(second));
+  const auto order_of = [&](const std::string& first, const std::string& second) {
+    const GroupMember &a = *cells.at(first), &b = *cells.at(second);
+    if (!cohort::differ_in_one(a, b)) return PairOrder::not_compared;
+    return cohort::second_is_minuend(a, b) ? PairOrder::second_minus_first : PairOrder::first_minus_second;
   };
-  made.comparison = compare_groups(participants, parameters, differ_in_one);
+  made.comparison = compare_groups(participants, parameters, order_of);
   cohort::Analysis analysis = cohort::analyse_groups(report, members, made.table.covariates, made.mgh_nm_rad);
   made.hierarchical = std::move(analysis.result);
   made.without_distribution = std::move(analysis.without_evidence);

@@ -2,12 +2,15 @@
 #include "identify/cohort/cohort.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
+#include <string_view>
 
 #include "base/math/math.hpp"
 #include "base/math/statistics.hpp"
 #include "base/parallel.hpp"
+#include "base/text.hpp"
 #include "identify/cohort/detail/sampler.hpp"
 #include "posterior/sampling/diagnostics.hpp"
 
@@ -163,9 +166,10 @@ void add_interactions(const Drawn& drawn, std::vector<Contrast>& contrasts, Resu
           factor_of(cell(first.second), cell(second.second)) >= factor)
         continue;
       Interaction interaction{a, b, {}};
+      if (second_is_minuend(cell(first.first), cell(second.first))) std::swap(interaction.first, interaction.second);
       for (std::size_t p = 0; p < design.parameters; ++p) {
-        Contrast made = contrasts[a * design.parameters + p];
-        const Contrast& other = contrasts[b * design.parameters + p];
+        Contrast made = contrasts[interaction.first * design.parameters + p];
+        const Contrast& other = contrasts[interaction.second * design.parameters + p];
         for (std::size_t i = 0; i < made.difference.size(); ++i) {
           made.difference[i] -= other.difference[i];
           made.variance[i] = 0.5 * (made.variance[i] + other.variance[i]);
@@ -184,8 +188,9 @@ void add_comparisons(const Drawn& drawn, const std::vector<std::vector<CellSerie
     for (std::size_t b = a + 1; b < cells.size(); ++b) {
       if (!differ_in_one(design.cells[a], design.cells[b])) continue;
       Comparison comparison{a, b, participants_in_both(design, a, b), {}};
+      if (second_is_minuend(design.cells[a], design.cells[b])) std::swap(comparison.first, comparison.second);
       for (std::size_t p = 0; p < design.parameters; ++p) {
-        const CellSeries &first = cells[a][p], &second = cells[b][p];
+        const CellSeries &first = cells[comparison.first][p], &second = cells[comparison.second][p];
         Contrast made;
         for (std::size_t i = 0; i < first.mean.size(); ++i) {
           made.difference.push_back(first.mean[i] - second.mean[i]);
@@ -337,7 +342,25 @@ std::vector<Draw> sample(const Design& design, std::span<const Recording> record
   return all;
 }
 
+/// Returns 0 for a session before a treatment by its first word, 2 for one after it, else 1.
+int stage_of(const std::string& session) {
+  constexpr auto before = std::to_array<std::string_view>(
+      {"pre", "before", "baseline", "base", "initial", "vor", "vorher", "prae", "pr\u00e4", "avant"});
+  constexpr auto after = std::to_array<std::string_view>(
+      {"post", "after", "follow", "followup", "fu", "final", "retention", "nach", "nachher", "apr\u00e8s"});
+  const std::string text = lower_case(session);
+  const auto end = std::ranges::find_if_not(
+      text, [](char c) { return (c >= 'a' && c <= 'z') || static_cast<unsigned char>(c) > 127; });
+  const std::string_view word(text.data(), static_cast<std::size_t>(end - text.begin()));
+  if (std::ranges::find(before, word) != before.end()) return 0;
+  return std::ranges::find(after, word) != after.end() ? 2 : 1;
+}
+
 }  // namespace
+
+bool second_is_later(const std::string& first, const std::string& second) {
+  return stage_of(first) <= stage_of(second);
+}
 
 std::string cell_name(const std::string& group, const std::string& session, const std::string& condition) {
   std::string text;

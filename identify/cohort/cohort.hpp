@@ -79,6 +79,17 @@ bool differ_in_one(const First& a, const Second& b) {
   return (a.group != b.group ? 1 : 0) + (a.session != b.session ? 1 : 0) + (a.condition != b.condition ? 1 : 0) == 1;
 }
 
+/// Returns true if the second of two sessions in NameOrder is the later one. Words such as pre and post, or baseline
+/// and follow-up, count before the order of names: "post" stands before "pre".
+bool second_is_later(const std::string& first, const std::string& second);
+
+/// Returns true if the difference of two cells that are compared is the second, the later session, minus the first;
+/// a difference of groups or conditions is the first minus the second.
+template <class First, class Second>
+bool second_is_minuend(const First& a, const Second& b) {
+  return a.session != b.session && second_is_later(a.session, b.session);
+}
+
 /// One group in one session and condition.
 struct Cell {
   std::string group, session, condition;
@@ -100,7 +111,7 @@ struct Effect {
 
 /// Two cells that differ in the group, the session or the condition only.
 struct Comparison {
-  std::size_t first = 0, second = 0;     ///< cells
+  std::size_t first = 0, second = 0;     ///< cells; of two sessions the later one is first
   std::size_t participants_in_both = 0;  ///< above 0: paired
   std::vector<Effect> effects;           ///< per parameter
 };
@@ -108,7 +119,7 @@ struct Comparison {
 /// The difference of two differences: of comparisons within two groups or sessions, from one session or condition to
 /// the same other one. It says how much more one group changes than the other.
 struct Interaction {
-  std::size_t first = 0, second = 0;  ///< comparisons
+  std::size_t first = 0, second = 0;  ///< comparisons; of two sessions the later one's is first
   std::vector<Effect> effects;        ///< per parameter, first less second
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -33,6 +34,19 @@ bool is_description(const fs::path& path) {
          std::ranges::any_of(suffixes, [&](std::string_view suffix) { return stem.ends_with(suffix); });
 }
 
+bool is_table_of_results(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string line(std::size_t{1} << 14, '\0');  // tables begin with their names; a sheet's columns are among these
+  file.read(line.data(), static_cast<std::streamsize>(line.size()));
+  line.resize(static_cast<std::size_t>(file.gcount()));
+  line.resize(std::min(line.find('\n'), line.size()));
+  std::erase_if(line, [](char c) { return c == '"' || c == '\r'; });
+  std::ranges::replace(line, ';', ',');  // of --excel comma
+  if (const std::string_view mark = "\xEF\xBB\xBF"; line.starts_with(mark)) line.erase(0, mark.size());
+  return (line.starts_with("file,trust,") || line.starts_with("file,participant_id,")) &&
+         line.ends_with(",protocol,controller,model_sha256,decid,error");
+}
+
 std::vector<fs::path> recordings_below(const fs::path& folder) {
   std::vector<std::string> names;
   std::error_code error;
@@ -43,7 +57,7 @@ std::vector<fs::path> recordings_below(const fs::path& folder) {
     if (entry->is_directory(ignored)) {
       if (is_hidden(path)) entry.disable_recursion_pending();
     } else if (entry->is_regular_file(ignored) && !is_hidden(path) && has_ending_of_recordings(path) &&
-               !is_description(path)) {
+               !is_description(path) && !is_table_of_results(path)) {
       names.push_back(path.string());
     }
   }

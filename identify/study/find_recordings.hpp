@@ -1,4 +1,4 @@
-// Finds files that may be recordings, by their names.
+// Finds files that may be recordings, by their names and, of text, their first lines.
 #pragma once
 
 #include <array>
@@ -19,9 +19,12 @@ bool has_ending_of_recordings(const std::filesystem::path& path);
 /// *_channels.tsv and the like.
 bool is_description(const std::filesystem::path& path);
 
+/// Returns true for a table of decid's own results, which `--table` or `--long` wrote as CSV.
+bool is_table_of_results(const std::filesystem::path& path);
+
 /// Returns the files in a folder and in the folders within that may be recordings, in the order of their names. Omits
-/// hidden files and folders, and descriptions. Empty for a folder that cannot be read. folder: empty for the current
-/// one.
+/// hidden files and folders, descriptions, and tables of results. Empty for a folder that cannot be read. folder: empty
+/// for the current one.
 std::vector<std::filesystem::path> recordings_below(const std::filesystem::path& folder);
 
 }  // namespace decid

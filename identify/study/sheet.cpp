@@ -6,14 +6,17 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <set>
 #include <string_view>
 
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "identify/study/detail/sheet_columns.hpp"
 #include "identify/study/detail/spreadsheet.hpp"
 #include "identify/study/detail/text_key.hpp"
 #include "identify/study/reading_option.hpp"
 #include "identify/study/sidecar.hpp"
+#include "recording/table/columns.hpp"
 
 namespace decid {
 namespace {
@@ -174,6 +177,26 @@ SheetLine read_line(const std::vector<SheetColumn>& columns, const std::vector<s
   return line;
 }
 
+/// Throws Error for a recording that was given as a sheet: its time increases from line to line, except between trials.
+void refuse_recording(const std::vector<std::vector<std::string>>& rows, const std::filesystem::path& path) {
+  constexpr std::size_t min_samples = 100;
+  const std::vector<std::string>& names = rows.front();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (!recording::is_time_name(names[i])) continue;
+    std::size_t rises = 0;
+    std::optional<double> before;
+    for (std::size_t row = 1; row < rows.size(); ++row) {
+      const std::optional<double> now = i < rows[row].size() ? read_number(rows[row][i]) : std::nullopt;
+      if (now && before && *now > *before) ++rises;
+      before = now;
+    }
+    if (rises >= min_samples && 10 * rises >= 9 * (rows.size() - 1))
+      throw Error(Code::file_unsupported, path.string(),
+                  "looks like a recording, not like a study's sheet: '" + names[i] + "' increases from line to line",
+                  "name it without " + setting("study"));
+  }
+}
+
 /// Throws Error if two columns mean the same. units: of columns, by the sidecar.
 std::vector<SheetColumn> read_columns(const std::vector<std::string>& names,
                                       const std::map<std::string, std::string>& units, const std::string& where) {
@@ -315,7 +338,8 @@ std::function<std::string(const SheetEntry& entry)> StudySheet::reader_for(const
   }
   if (found == columns.end())
     throw Error(Code::column_missing, file.string(), "has no column '" + column + "' of participants or conditions",
-                "name participant_id, session, group, condition or another column of the sheet");
+                "name participant_id, session, group, condition or another column of the sheet: " +
+                    joined(names, ", ", one_line));
   return [place = static_cast<std::size_t>(found - columns.begin())](const SheetEntry& entry) {
     return place < entry.cells.size() ? entry.cells[place] : std::string();
   };
@@ -362,8 +386,24 @@ std::optional<double> read_number(std::string cell) {
   return value;
 }
 
+bool looks_like_sheet(const std::filesystem::path& path) {
+  try {
+    constexpr std::size_t max_lines = 1000;  // a recording has more samples
+    const std::vector<std::vector<std::string>> rows = read_spreadsheet(path);
+    const std::vector<std::string>& names = rows.front();
+    std::set<ColumnRole> roles;
+    for (const SheetColumn& column : sheet_columns(names)) roles.insert(column.role);
+    const bool names_recordings = roles.contains(ColumnRole::participant) || roles.contains(ColumnRole::file);
+    return rows.size() <= max_lines && names_recordings && roles.size() - roles.count(ColumnRole::carried) > 1 &&
+           std::ranges::none_of(names, recording::is_time_name);
+  } catch (const Error&) {  // not a table of text
+    return false;
+  }
+}
+
 StudySheet read_sheet(const std::filesystem::path& path) {
   std::vector<std::vector<std::string>> rows = read_spreadsheet(path);
+  refuse_recording(rows, path);
   std::vector<std::string>& names = rows.front();
   while (!names.empty() && names.back().empty()) names.pop_back();
   std::vector<SheetColumn> columns = read_columns(names, sidecar_units(path), path.string() + ", line 1");

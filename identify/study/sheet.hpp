@@ -60,9 +60,12 @@ struct StudySheet {
 /// BIDS' sheets, by the sidecar (sidecar.hpp), or by all cells (154 lb): one without a unit beside these is an error;
 /// - protocol: a name or a file; and options of reading (set_reading_option()).
 /// Other columns, age and sex among them, are SheetEntry::cells. Empty cells and n/a have no value. Throws Error for an
-/// unreadable file, a sheet without participant_id and file, two columns of one meaning, a weight or height in a unit
-/// that is not read, and a sheet without lines. A line with a wrong cell has an error.
+/// unreadable file, a recording, a sheet without participant_id and file, two columns of one meaning, a weight or
+/// height in a unit that is not read, and a sheet without lines. A line with a wrong cell has an error.
 StudySheet read_sheet(const std::filesystem::path& path);
+/// Returns true for a readable table of up to 1000 lines without a time, whose columns name participants or files, and
+/// at least one other thing that decid reads.
+bool looks_like_sheet(const std::filesystem::path& path);
 
 /// Returns true for "group".
 bool names_groups(const std::string& column);

@@ -40,7 +40,7 @@ constexpr Format formats[] = {{"JSON", ".json"},
                               {"bare samples", ".bin"},
                               {"", ""}};
 
-/// File endings that programs and people know. Any other ending is valid for every format.
+/// File endings of files, which a folder's name may not have.
 constexpr const char* known_endings[] = {".csv",  ".tsv",         ".json", ".npz", ".npy", ".mat",  ".html",
                                          ".htm",  ".svg",         ".png",  ".pdf", ".xls", ".xlsx", ".bin",
                                          ".hdf5", ".safetensors", ".onnx", ".c",   ".h",   ".c3d"};
@@ -56,6 +56,10 @@ bool is_standard_output(const std::string& name) {
          are_same(named, output) && !(::stat("/dev/null", &null) == 0 && are_same(named, null));
 }
 
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
 /// Returns the error in an output's name; empty if the name is valid.
 std::string what_is_wrong(const std::string& name, Written written) {
   if (name == "-") return "'-' is not a file; to print results, use --json with the commands that have it";
@@ -67,7 +71,12 @@ std::string what_is_wrong(const std::string& name, Written written) {
   const std::string ending = lower_case(path.extension().string());
   const bool same = ending == right.ending || (written == Written::html && ending == ".htm") ||
                     (written == Written::draws && ending == ".csv") || (written == Written::table && ending == ".xlsx");
-  if (same || std::ranges::count(known_endings, ending) == 0) return "";
+  const bool is_text = (written == Written::csv || written == Written::table) && (ending == ".txt" || ending == ".dat");
+  // "run.2024" has no ending; bare samples have no usual one, and a file of anybody's may hold them.
+  const bool has_ending = ending.size() > 1 && !is_digit(ending[1]);
+  const bool is_known = std::ranges::count(known_endings, ending) > 0;
+  if (same || is_text || !has_ending || (!is_known && (written == Written::folder || written == Written::samples)))
+    return "";
   if (written == Written::folder)
     return std::filesystem::is_directory(path)
                ? ""

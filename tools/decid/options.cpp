@@ -37,6 +37,7 @@ CLI::Validator between(Number low, Number high, const std::string& shown, const 
 /// Returns the text of an error; that of a value in the form of Option::range().
 std::string message_of(const CLI::ParseError& error) {
   std::string text = error.what();
+  if (text.starts_with(": ")) text.erase(0, 2);  // the name of an option that help does not show
   const std::string begin = "Could not convert: ";
   const std::size_t equals = text.find(" = ");
   if (!text.starts_with(begin) || equals == std::string::npos) return text;

@@ -99,6 +99,10 @@ class Search {
       ++left_out_.descriptions;
       return false;
     }
+    if (is_table_of_results(path)) {
+      ++left_out_.results;
+      return false;
+    }
     if (any_ending || has_ending_of_recordings(path)) return true;
     ++left_out_.other_endings;
     left_out_.endings.insert(path.has_extension() ? path.extension().string() : path.filename().string());
@@ -161,6 +165,7 @@ std::string LeftOut::text() const {
   add(dead_links, "dead link", "");
   add(other_endings, "file", " of other kinds (" + joined(endings, ", ") + ")");
   add(descriptions, "description", " (participants.tsv, README and the like)");
+  add(results, "table", " of decid's results");
   add(folders, "folder", " within (--recursive reads them)");
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "left out: " : ", ") + part;

@@ -12,6 +12,7 @@ struct LeftOut {
   std::size_t dead_links = 0;     ///< links that lead to no file
   std::size_t other_endings = 0;  ///< files whose name does not end like a recording's
   std::size_t descriptions = 0;   ///< participants.tsv, README.txt and the like
+  std::size_t results = 0;        ///< tables that --table or --long wrote
   std::size_t folders = 0;        ///< folders within a folder, if they are not read too
   std::set<std::string> endings;  ///< endings of the other files: ".pdf"
 
@@ -27,8 +28,8 @@ struct RecordingFiles {
 /// Returns the files for which the arguments stand.
 /// - A folder: every file in it whose name ends like a recording's (.csv, .tsv, .txt, .dat, .mat, .c3d, .xlsx, .trc,
 ///   .mot, in capitals too), in the order of their names. With `recursive` also the files in the folders within, except
-///   hidden ones. Omits files that describe recordings: participants.tsv, README.txt, *_channels.tsv and others of
-///   BIDS.
+///   hidden ones. Omits tables of decid's results, and files that describe recordings: participants.tsv, README.txt,
+///   *_channels.tsv and others of BIDS.
 /// - A pattern of *, ? and [] that is not a file itself: its matches in order, and the files of folders among them.
 ///   "**" stands for any number of folders; if it is the last part, its matches must end like a recording's name.
 /// - Anything else: the argument itself, even if no such file exists.

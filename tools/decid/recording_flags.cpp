@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <iostream>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -116,6 +117,21 @@ std::optional<sim::Body> BodyFlags::body() const {
   return sim::body_of_participant({.mass_kg = *mass_kg, .height_m = *height_m});
 }
 
+void BodyFlags::refuse_instead_of(const sim::Protocol& protocol) const {
+  const std::optional<sim::Body> person = body();
+  if (!person) return;
+  const sim::Body& own = protocol.experiment.body;
+  try {
+    static_cast<void>(sim::make_participant(own));
+  } catch (const Error&) {
+    throw Error(Code::setting_conflict, "--mass, --height",
+                format("give a person's body, m g h %.0f N m/rad, and protocol '%s' has a body that is not a person's, "
+                       "m g h %.0f N m/rad",
+                       person->mgh(), protocol.name.c_str(), own.mgh()),
+                "leave them out to fit the protocol's body, or delete its \"body\"");
+  }
+}
+
 std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& table) const {
   if (truth.empty()) return {};
   return table.from_text(truth, "--truth");
@@ -220,8 +236,18 @@ void add_truth_option(const Command& command, RecordingFlags& flags) {
 }
 
 void tell_errors(const std::string& command, const std::vector<RecordingResult>& all) {
-  for (const RecordingResult& id : all)
-    if (id.error) std::cerr << "decid: " << one_line(id.error->what()) << '\n';
+  std::vector<std::pair<std::string, long long>> lines;  // each once: a person's line may fail for all recordings
+  for (const RecordingResult& id : all) {
+    if (!id.error) continue;
+    const std::string text = one_line(id.error->what());
+    const auto same = std::ranges::find(lines, text, &std::pair<std::string, long long>::first);
+    if (same == lines.end())
+      lines.emplace_back(text, 1);
+    else
+      ++same->second;
+  }
+  for (const auto& [text, count] : lines)
+    std::cerr << "decid: " << text << (count > 1 ? " (" + counted(count, "recording") + ")" : "") << '\n';
   const auto failed = std::ranges::count_if(all, [](const RecordingResult& id) { return id.error.has_value(); });
   if (failed > 0) {
     throw Error(Code::recordings_failed, command,

@@ -17,6 +17,8 @@ struct BodyFlags {
 
   /// Returns the person's body, if both values were given. Throws Error if only one was given.
   std::optional<sim::Body> body() const;
+  /// Throws Error if both values were given although the body of the protocol is not a person's, but such as a robot's.
+  void refuse_instead_of(const sim::Protocol& protocol) const;
 };
 /// Adds --mass and --height.
 void add_body_options(const Command& command, BodyFlags& flags);

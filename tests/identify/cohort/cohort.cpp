@@ -217,13 +217,33 @@ TEST_CASE("cohort: persons in two sessions are compared in pairs, and their chan
   REQUIRE(found.comparisons.size() == 1);
   CHECK(found.comparisons[0].participants_in_both == 15);
   const Quantity& difference = found.comparisons[0].effects[0].difference;
-  CHECK(difference.interval95[1] < 0.0);  // first less second
+  CHECK(difference.interval95[0] > 0.0);  // the later session minus the earlier one
+  CHECK(found.cells[found.comparisons[0].first].session == "2");
   // An unpaired comparison would have 0.8 phi sqrt(2 / 15) = 0.11 for its standard deviation.
   CHECK(difference.sd < 0.06);
   REQUIRE(found.changes.size() == 15);
   CHECK(found.changes[0].changed(0));
+  CHECK(found.changes[0].difference[0].mean > 0.0);
   CHECK(found.visits[found.changes[0].first].participant == "p0");
   CHECK(found.variances[0].visit.mean > 0.0);
+}
+
+TEST_CASE("cohort: the later of two sessions, also by words") {
+  using decid::cohort::second_is_later;
+  for (const auto& [first, second] : {std::pair("1", "2"),
+                                      {"T1", "T2"},
+                                      {"2024-03-31", "2024-05-01"},
+                                      {"pre", "week 6"},
+                                      {"baseline", "follow-up"},
+                                      {"post 1", "post 2"}})
+    CHECK(second_is_later(first, second));
+  for (const auto& [first, second] : {std::pair("post", "pre"),
+                                      {"after", "Before"},
+                                      {"Nachher", "Vorher"},
+                                      {"follow-up", "pre"},
+                                      {"fu1", "t0"},
+                                      {"month 3", "pre"}})
+    CHECK_FALSE(second_is_later(first, second));
 }
 
 TEST_CASE("cohort: how much more one group changes is the difference of two differences") {
@@ -252,10 +272,10 @@ TEST_CASE("cohort: how much more one group changes is the difference of two diff
   CHECK(found.interactions[0].first == 0);
   CHECK(found.interactions[0].second == 3);
   const decid::cohort::Effect& effect = found.interactions[0].effects[0];
-  CHECK(holds(effect.difference, 0.5 - decid::normal_distribution(0.5 / std::sqrt(1.17))));
-  CHECK(effect.difference.interval95[1] < 0.0);
+  CHECK(holds(effect.difference, decid::normal_distribution(0.5 / std::sqrt(1.17)) - 0.5));
+  CHECK(effect.difference.interval95[0] > 0.0);
   CHECK(effect.direction > 0.99);
-  CHECK(holds(effect.standardised, -0.5 / 0.41));
+  CHECK(holds(effect.standardised, 0.5 / 0.41));
   CHECK(effect.simultaneous95[0] <= effect.difference.interval95[0]);
   CHECK(effect.simultaneous95[1] >= effect.difference.interval95[1]);
   // Persons' own levels cancel: the groups' difference in one session is less certain.
@@ -278,6 +298,11 @@ TEST_CASE("cohort: differences of differences between groups, sessions and condi
   CHECK(found.cells.size() == 8);
   CHECK(found.comparisons.size() == 12);
   CHECK(found.interactions.size() == 6);
+  for (const decid::cohort::Interaction& one : found.interactions) {
+    const auto cell_of = [&](std::size_t comparison) { return found.cells[found.comparisons[comparison].first]; };
+    const decid::cohort::Cell first = cell_of(one.first), second = cell_of(one.second);
+    if (first.session != second.session) CHECK(first.session == "2");
+  }
 }
 
 TEST_CASE("cohort: several recordings of a person share the person's level") {

@@ -414,6 +414,9 @@ TEST_CASE("cohort: sessions and covariates of a report's persons") {
   REQUIRE(groups.comparison.pairs.size() == 4);
   CHECK(groups.comparison.intervals == 28);
   CHECK(groups.comparison.pairs[0].paired);
+  CHECK(groups.comparison.pairs[0].first == 1);  // the later session minus the earlier one
+  CHECK(groups.comparison.pairs[0].parameters[decid::sim::Delay].difference > 0.0);
+  CHECK(groups.comparison.pairs[1].first == 0);  // groups: in the order of their names
   CHECK_FALSE(groups.comparison.pairs[1].paired);
   REQUIRE(groups.hierarchical);
   CHECK(groups.hierarchical->comparisons.size() == 4);

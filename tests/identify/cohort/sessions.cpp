@@ -102,7 +102,7 @@ Figures figures_of_study(std::uint64_t number, int participants, bool differ, bo
   settings.covariates = {"age"};
   const Result found = analyse(study(number, participants, differ, by_fit), parameters, settings);
   const double total = std::sqrt(1.0 + participant_sd * participant_sd + visit_sd * visit_sd);
-  const double truth = differ ? 0.5 - decid::normal_distribution(change / total) : 0.0;  // first session less second
+  const double truth = differ ? decid::normal_distribution(change / total) - 0.5 : 0.0;  // second session minus first
   Figures one;
   bool alarm = false;
   for (std::size_t p = 0; p < parameters; ++p) {

@@ -53,6 +53,27 @@ TEST_CASE("path_match: how alike a path and a cell are") {
   CHECK(likeness("long.csv", "") == Likeness::none);
 }
 
+TEST_CASE("read_sheet: a recording is not a sheet, and a sheet not a recording") {
+  const TemporaryFolder folder;
+  std::string samples = "subject,time,sway_deg\n", visits = "subject,group,time\n";
+  for (int k = 0; k < 200; ++k) {
+    samples += "1," + std::to_string(k % 150) + ",0.1\n";  // two trials
+    visits += "p" + std::to_string(k) + ",a," + std::to_string(7 * k % 24) + "\n";
+  }
+  const auto recording = write_text(folder / "r.csv", samples), sheet = write_text(folder / "s.csv", visits);
+  check_error([&] { read_sheet(recording); }, Code::file_unsupported, "r.csv");
+  CHECK(read_sheet(sheet).lines.size() == 200);
+  CHECK_FALSE(looks_like_sheet(recording));
+  const auto small = write_text(folder / "t.csv", "Proband,Gruppe,Alter\n1,a,70\n2,b,71\n");
+  CHECK(looks_like_sheet(small));
+  CHECK_FALSE(looks_like_sheet(folder / "none.csv"));
+  const Error lists = error_of([&] { read_sheet(small).reader_for("age"); });
+  CHECK(lists.code() == Code::column_missing);
+  CHECK(lists.remedy().find("Alter") != std::string::npos);
+  const recording::ProtocolPlan plan(sim::Protocol{});
+  CHECK(read_source(plan, small, {}).error.value().code() == Code::file_unsupported);
+}
+
 TEST_CASE("read_sheet: columns by BIDS' names, units, decimal commas, missing values") {
   const TemporaryFolder folder;
   const StudySheet sheet = read_sheet(write_text(

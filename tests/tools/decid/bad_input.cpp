@@ -65,6 +65,15 @@ TEST_CASE("an output may have another ending, or none; a page has one of two") {
   run_ok("simulate --quiet -o " + trial);
   for (const char* name : {"all", "all.2024", "all.JSON"})
     run_ok("identify " + trial + " -o " + folder / name + " --report " + folder / "page.HTM");
+  for (const char* name : {"all", "all.txt", "all.DAT"}) run_ok("identify " + trial + " --table " + folder / name);
+  // Programs would open these as something else.
+  for (const auto& [option, name] : {std::pair("--table ", "all.ods"),
+                                     {"--long ", "all.doc"},
+                                     {"-o ", "all.yaml"},
+                                     {"--report ", "all.txt"},
+                                     {"-o ", "all.json.gz"}})
+    check_refused("identify " + trial + " " + option + folder / name, "would hold");
+  check_refused("fit " + trial + " --draws " + folder / "d.txt", "d.npz");
 }
 
 TEST_CASE("a folder that is written is made, or is there") {

@@ -96,9 +96,11 @@ TEST_CASE("controllers: simulate has the simulator's trial, by each controller's
 }
 
 TEST_CASE("controllers: info lists each with its parameters, ranges and sources") {
-  const Json list = Json::parse(run_ok("info --controllers --json").out)["controllers"];
+  const Json whole = Json::parse(run_ok("info --controllers --json").out), list = whole["controllers"];
+  CHECK(whole["mgh"] == sim::Body{}.mgh());
   REQUIRE(list.size() == 3);
   const std::string text = run_ok("info --controllers").out;
+  CHECK(contains(text, "m g h 839 N m/rad"));
   for (std::size_t i = 0; i < list.size(); ++i) {
     const sim::BodyModel& model = *sim::body_models()[i];
     CHECK(list[i]["name"] == model.name);

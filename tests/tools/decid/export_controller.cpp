@@ -143,6 +143,15 @@ TEST_CASE("export controller: gains are scaled to another body by m g h, and tha
   CHECK_FALSE(std::filesystem::exists(folder / "n"));
 }
 
+TEST_CASE("export controller: a recording is neither a result nor a protocol") {
+  const Folder folder;
+  write_text(folder / "t.csv", "time,sway_deg\n0,1\n");
+  write_result(folder / "r.json", person, gains(person));
+  const std::string call = "export controller -o " + folder / "n" + " ";
+  check_refused(call + folder / "t.csv", "decid identify -o");
+  check_refused(call + folder / "r.json" + " --scale-to " + folder / "t.csv", "give a protocol");
+}
+
 TEST_CASE("export controller: a recording of a study has the gains of its own body") {
   const Folder folder;
   Json result{{"body", body_json(sim::Body{})}, {"recordings", Json::array()}};
@@ -187,6 +196,12 @@ TEST_CASE("export controller: margins and the peak torque, in the JSON and the h
   const auto json = run_json(command + " --json");
   CHECK(json["stable"] == true);
   CHECK(json["body"]["mass_kg"] == sim::Body{}.mass_kg);
+  CHECK(json["body"]["assumed"] == true);
+  CHECK(run_json(command + " --mass 70 --com-height 1 --json")["body"]["assumed"] == false);
+  CHECK_FALSE(contains(run_ok(command).err, "narrow"));
+  const double gain_low = json["gain_margin"][0];
+  const sim::Parameters middle = sim::single_pendulum().parameters.middle();
+  CHECK(contains(run_ok(command + format(" --kp %.17g", 1.05 * gain_low * middle[sim::Kp])).err, "narrow"));
   const double delay_s = sim::single_pendulum().parameters.middle()[sim::Delay];
   const double margin_s = json["delay_margin_s"];
   // The margin is what --delay may grow by; a step of 10 ms instead of 1 takes 9 ms of it.

@@ -155,6 +155,15 @@ TEST_CASE("fit: priors over m g h are each body's own, and rerun repeats them") 
       "--prior");
 }
 
+TEST_CASE("fit: a person's body does not replace a robot's, which the protocol has") {
+  const Folder folder;
+  write_text(folder / "robot.json", R"({"body": {"mass_kg": 60, "com_height_m": 0.8, "inertia_kgm2": 42}})");
+  write_text(folder / "log.csv", "time,sway_deg\n0,1\n");
+  const std::string person = " --mass 60 --height 1.4 --protocol " + folder / "robot.json";
+  check_refused("fit " + folder / "log.csv" + person, "--mass, --height: ");
+  check_refused("design" + person, "--mass, --height: ");
+}
+
 TEST_CASE("fit: controllers are compared, parameters fixed; a journal of other controllers is refused") {
   const Folder folder;
   write_text(folder / "tiny.json", brief_protocol);

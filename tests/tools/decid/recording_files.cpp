@@ -2,6 +2,7 @@
 #include "tools/decid/recording_files.hpp"
 
 #include "base/error.hpp"
+#include "identify/study/find_recordings.hpp"
 #include "tests/tools/decid/run.hpp"
 
 using namespace decid::test;
@@ -73,6 +74,22 @@ TEST_CASE("folders within are read where asked for, and by ** in a pattern") {
   CHECK(recording_files({folder / "in/s?"}, {}, true).size() == 4);
   CHECK(refusal(folder / "in/**/z.csv") == "file_missing");
   CHECK(refusal(folder / "none/**") == "file_missing");
+}
+
+TEST_CASE("decid's own tables are no recordings of the next call") {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "in");
+  write_text(folder / "in/a.csv", "time,sway_deg\n0,1\n");
+  const std::string call =
+      "identify --quiet " + folder / "in/a.csv" + " --table " + folder / "in/t.csv" + " --long " + folder / "in/l.csv";
+  for (const char* excel : {"", " --excel comma"}) {
+    run_decid(call + excel);  // a recording with an error has a line too
+    REQUIRE(std::filesystem::exists(folder / "in/l.csv"));
+    CHECK(recording_files({folder / "in"}) == Names{folder / "in/a.csv"});
+    CHECK(left_out(folder / "in").results == 2);
+    CHECK(decid::recordings_below(folder / "in").size() == 1);
+  }
+  CHECK(recording_files({folder / "in/t.csv"}) == Names{folder / "in/t.csv"});  // named, it is what the user wants
 }
 
 TEST_CASE("files left out of folders and patterns are counted") {

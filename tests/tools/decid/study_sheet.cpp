@@ -207,10 +207,10 @@ TEST_CASE("a study in two sessions: changes within persons, between groups, and 
   const Json& model = both["hierarchical"];
   CHECK(model["groups"][3]["group"] == "b");
   CHECK(model["groups"][3]["session"] == "2");
-  CHECK(model["comparisons"][0]["groups"] == Json::array({"a, 1", "a, 2"}));
+  CHECK(model["comparisons"][0]["groups"] == Json::array({"a, 2", "a, 1"}));
   CHECK(model["comparisons"][0]["participants_in_both"] == 2);
   CHECK(model["interactions"].size() == 1);
-  CHECK(model["interactions"][0]["second"] == Json::array({"b, 1", "b, 2"}));
+  CHECK(model["interactions"][0]["second"] == Json::array({"b, 2", "b, 1"}));
   CHECK(model["interactions"][0]["parameters"].size() == 7);
   REQUIRE(model["covariates"].size() == 1);
   CHECK(model["covariates"][0]["mean"] == 62.0);
@@ -220,13 +220,23 @@ TEST_CASE("a study in two sessions: changes within persons, between groups, and 
   // Without groups all persons are compared with themselves. A later delay is found in four of them.
   const Result result =
       run_ok(study + " --quiet --within session -o " + folder / "o.json" + " --report " + folder / "r.html");
-  CHECK(contains(result.out, "1 minus 2, 4 people in both"));
+  CHECK(contains(result.out, "2 minus 1, 4 people in both"));
   const Json within = read_json(folder / "o.json");
   CHECK(within["recordings"][0]["group"] == "a");  // by the sheet
   CHECK(within["hierarchical"]["comparisons"].size() == 1);
-  CHECK(within["hierarchical"]["comparisons"][0]["parameters"][6]["interval95"][1].get<double>() < 0.0);
+  CHECK(within["hierarchical"]["comparisons"][0]["parameters"][6]["interval95"][0].get<double>() > 0.0);
   CHECK(within["hierarchical"]["changes"].size() == 4);
   run_ok("rerun --quiet " + folder / "o.json");
+}
+
+TEST_CASE("an error of a person's line is printed once for all recordings of this person") {
+  const Folder folder;
+  for (const char* name : {"p1_a.csv", "p1_b.csv", "p1_c.csv"}) write_text(folder / name, "time,sway_deg\n0,1\n");
+  write_text(folder / "s.csv", "participant_id,weight,height\np1,heavy,1.7\n");
+  const Result result = run_decid("identify --study " + folder / "s.csv");
+  CHECK(result.code == 2);
+  CHECK(std::ranges::count(result.err, '\n') == 2);  // the error, and how many recordings failed
+  CHECK(contains(result.err, "3 recordings"));
 }
 
 TEST_CASE("fit: a study of two bodies and two protocols, each with the bits of a call of its own" *

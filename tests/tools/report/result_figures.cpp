@@ -5,6 +5,7 @@
 
 #include <sstream>
 
+#include "base/files/json_object.hpp"
 #include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
 #include "tests/tools/report/page_text.hpp"
@@ -63,18 +64,20 @@ TEST_CASE("figures of results: groups, sessions and responses, each with its num
     CHECK(figure.svg.ends_with("</svg>\n"));
     CHECK(figure.svg.find("nan") == std::string::npos);
   }
+  const std::string mgh = Json(Report{}.protocol.experiment.body.mgh()).dump();
   const std::vector<std::string> kp = lines_with(figures[0].csv, "Kp,");
   REQUIRE(kp.size() == 5);
-  CHECK(kp[1] == "Kp,N m/rad,P1,2,patients,,P12.csv,700.0,,");
-  CHECK(kp[3] == "Kp,N m/rad,\"K, 1\",1,controls,,\"K, 11.csv\",900.0,,");
+  CHECK(kp[1] == "Kp,N m/rad,P1,2,patients,,P12.csv,700.0,,," + mgh);
+  CHECK(kp[3] == "Kp,N m/rad,\"K, 1\",1,controls,,\"K, 11.csv\",900.0,,," + mgh);
   CHECK(test::count(figures[0].svg, "<circle") == 5 * 7);
   // Both groups' means: people count once, so the patients' is (650 + 800) / 2.
   CHECK(test::count(figures[0].svg, "stroke=\"#1c2733\"") == 2 * 7);
 
   const std::vector<std::string> change = lines_with(figures[1].csv, "Kp,");
   REQUIRE(change.size() == 5);
-  CHECK(change[1] == "Kp,N m/rad,P1,patients,2,700.0");
-  CHECK(figures[1].csv.starts_with("parameter,unit,participant_id,group,session,value\n"));
+  CHECK(change[1] == "Kp,N m/rad,P1,patients,2,700.0," + mgh);
+  CHECK(lines_with(figures[1].csv, "delay,")[1].ends_with(","));  // it does not scale with m g h
+  CHECK(figures[1].csv.starts_with("parameter,unit,participant_id,group,session,value,mgh\n"));
 
   const std::vector<std::string> response = lines_with(figures[2].csv, "K2,");
   REQUIRE(response.size() == 2);
@@ -104,7 +107,10 @@ TEST_CASE("figures of results: stiffness and damping are those of the comparison
   groups.mgh_nm_rad = 2.0 * report.protocol.experiment.body.mgh();
   groups.bodies_differ = true;
   const std::vector<Figure> figures = result_figures(report), own = result_figures(study());
-  CHECK(lines_with(figures[0].csv, "Kp,")[1] == "Kp,N m/rad,P1,2,patients,,P12.csv,1400.0,,");
+  CHECK(lines_with(figures[0].csv, "Kp,")[1] ==
+        "Kp,N m/rad,P1,2,patients,,P12.csv,1400.0,,," + Json(groups.mgh_nm_rad).dump());
+  CHECK(test::count(figures[0].svg, ", for m g h 1") == 4);  // Kp, Kd, Kp_pass and Kd_pass
+  CHECK(figures[1].csv.find(Json(groups.mgh_nm_rad).dump()) != std::string::npos);
   CHECK(lines_with(figures[0].csv, "delay,") == lines_with(own[0].csv, "delay,"));
   CHECK(figures[0].caption != own[0].caption);
   CHECK(figures[1].caption != own[1].caption);

@@ -70,6 +70,7 @@ std::vector<Planned> planned_protocols(const DesignOptions& options, std::vector
   std::map<std::string, std::string> given;  // contents, and their names on the command line
   for (const std::string& name : names) {
     sim::Protocol protocol = read_protocol(name, options.common.quiet, &files, options.controller);
+    options.body.refuse_instead_of(protocol);
     if (const std::optional<sim::Body> body = options.body.body()) protocol.experiment.body = *body;
     protocol.validate();
     const auto [same, is_new] = given.try_emplace(sim::to_json(protocol), name);

@@ -5,8 +5,10 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <system_error>
 
 #include "base/error.hpp"
+#include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
@@ -101,6 +103,11 @@ void warn(const ControllerOptions& options, bool knows_body, const sim::Body& bo
                  "change the gains or lower the delay\n";
 }
 
+/// Returns true if a change of all gains by less than a tenth makes the loop unstable.
+bool is_narrow(const frf::StabilityMargins& margins) {
+  return margins.gain_low > 0.9 || margins.gain_high < 1.1;
+}
+
 Json controller_json(const ControllerOptions& options, const sim::Body& body, bool assumed, int steps_per_second,
                      const ControllerLimits& limits) {
   const frf::StabilityMargins& margins = limits.margins;
@@ -115,7 +122,19 @@ Json controller_json(const ControllerOptions& options, const sim::Body& body, bo
               {"peak_active_torque_nm", limits.peak_active_torque_nm}};
 }
 
+/// Throws Error for a file that does not begin like JSON, such as a recording. remedy: which file to give.
+void require_json(const std::string& path, const std::string& remedy) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return;
+  const std::string text = read_file(path);
+  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  if (first == std::string::npos || (text[first] != '{' && text[first] != '['))
+    throw Error(Code::file_unsupported, path, "is not JSON", remedy);
+}
+
 void export_controller(ControllerOptions options, const Command& command) {
+  require_json(options.result, "give the JSON that decid identify -o or decid fit -o writes");
+  require_json(options.scale_to, "give a protocol: default, short or a JSON file");
   options.names_protocol = command.count("--protocol") > 0;
   check_firmware_name(options.name);
   const int steps_per_second = steps_per_second_of(options.step_s);
@@ -133,6 +152,7 @@ void export_controller(ControllerOptions options, const Command& command) {
   if (!is_result) chosen.parameters = model.parameters.middle();
   const GivenParameters given = options.parameters.of(model);
   const sim::Body& body = protocol.experiment.body;
+  const bool assumed = !chosen.body || (!is_result && !options.mass_kg && body == sim::Body{});
   const double ratio = chosen.body ? body.mgh() / chosen.body->mgh() : 1.0;
   sim::Parameters parameters = chosen.parameters;
   for (std::size_t i = 0; i < parameters.size(); ++i)
@@ -152,7 +172,7 @@ void export_controller(ControllerOptions options, const Command& command) {
   warn(options, chosen.body.has_value(), body, made.limits);
   write_exported(options.output, options.name, ExportedKind::controller, made.files);
   if (options.common.json)
-    std::cout << print_json(controller_json(options, body, !chosen.body, steps_per_second, made.limits)) << '\n';
+    std::cout << print_json(controller_json(options, body, assumed, steps_per_second, made.limits)) << '\n';
   if (options.common.quiet || options.common.json) return;
   std::cerr << format("%s.h and %s.c written to %s%s, for a body of %s\n", options.name.c_str(), options.name.c_str(),
                       options.output.c_str(), chosen.which.empty() ? "" : (", of " + chosen.which).c_str(),
@@ -162,6 +182,8 @@ void export_controller(ControllerOptions options, const Command& command) {
   if (ratio != 1.0) std::cerr << format("gains are scaled by %.4g, as m g h is\n", ratio);
   if (!made.limits.margins.stable) return;
   for (const std::string& line : limits_text(made.limits)) std::cerr << line << '\n';
+  if (is_narrow(made.limits.margins))
+    std::cerr << "the gain margin is narrow: a body or an actuator that differs by a few percent may fall\n";
 }
 
 }  // namespace

@@ -78,6 +78,7 @@ void check_kind(const FitOptions& options, const Command& command) {
 
 /// Returns the chosen protocol, with the person's body if the options describe one.
 sim::Protocol protocol_for(const FitOptions& options, sim::Protocol protocol) {
+  options.recordings.refuse_instead_of(protocol);
   if (const std::optional<sim::Body> body = options.recordings.body()) protocol.experiment.body = *body;
   if (options.amplitude_deg) {
     if (!std::holds_alternative<sim::Sequence>(protocol.experiment.stimulus))

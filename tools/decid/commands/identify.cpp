@@ -26,7 +26,7 @@ struct IdentifyOptions {
   CommonOptions common;
   RecordingFlags recordings;
   Outputs outputs;
-  std::string model, controller;
+  std::string model, controller, protocol;  ///< protocol: refused
   GroupFlags groups;
 };
 
@@ -105,6 +105,12 @@ void add_identify(const Command& program) {
   command.section("Model");
   command.add_option("--model", options->model, "Use this model file; default: the built-in model");
   add_controller_of_model(command, options->controller);
+  const auto refuse_protocol = [](std::string&) {
+    return std::string(
+        "--protocol: identify uses the protocol of its model; fit another one with decid fit --protocol, or give a "
+        "model of it with --model");
+  };
+  command.add_option("--protocol", options->protocol, "").rewritten(refuse_protocol, "").section("").unrecorded();
   add_report_options(command, options->outputs, false);
   add_group_options(command, options->groups);
   command.footer(

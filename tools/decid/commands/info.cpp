@@ -108,7 +108,7 @@ Json controllers_json() {
                     {"source", model->source},
                     {"parameters", std::move(parameters)}});
   }
-  return {{"controllers", std::move(list)}};
+  return {{"mgh", sim::Body{}.mgh()}, {"controllers", std::move(list)}};
 }
 
 /// Prints each controller with its parameters and their ranges for the default body.
@@ -117,6 +117,7 @@ void list_controllers(bool as_json) {
     std::cout << print_json(controllers_json()) << '\n';
     return;
   }
+  std::cout << format("ranges for a body of m g h %.0f N m/rad (88.9 kg, 1.80 m)\n", sim::Body{}.mgh());
   for (const sim::BodyModel* model : sim::body_models()) {
     std::cout << format("%s: %s\n  source: %s\n", model->name.c_str(), model->description.c_str(),
                         model->source.c_str());

@@ -167,9 +167,10 @@ std::string headline(const frf::Table& table) {
 std::string misfit_text(const FrfAnswer& answer) {
   const frf::Table& table = answer.density.table();
   const frf::Misfit& misfit = answer.found.misfit();
-  if (!table.has_confidence()) return ", without confidence intervals\n";
-  return format("; by its %s chi-square is %.3g at %d degrees of freedom, p = %.2g\n", table.confidence.c_str(),
-                misfit.chi_square, misfit.degrees_of_freedom, misfit.p_value);
+  if (!table.has_confidence())
+    return "  the table has no confidence intervals, so nothing says how well the fit agrees\n";
+  return format("  by the table's %s chi-square is %.3g at %d degrees of freedom, posterior predictive p = %.2g\n",
+                table.confidence.c_str(), misfit.chi_square, misfit.degrees_of_freedom, misfit.p_value);
 }
 
 std::string parameters_text(const FrfAnswer& answer, const std::optional<sim::Parameters>& truth) {
@@ -213,7 +214,7 @@ std::string answer_text(const FrfAnswer& answer, const std::optional<sim::Parame
     text += format("  errors%s %.2g +- %.1g%% of the response\n",
                    answer.density.table().has_confidence() ? " beyond the table's confidence intervals" : "",
                    100.0 * found.mean(found.error()), 100.0 * found.stddev(found.error()));
-  text += rows_text(answer);
+  text += rows_text(answer) + misfit_text(answer);
   text += format("  the mean response leaves %.1f%% (root mean square of the relative error)\n", 100.0 * found.left());
   text +=
       format("  calculation converged: %s (%d chains, %d draws, at least %.0f effective, R-hat at most %.3f; %.1f s)\n",
@@ -260,11 +261,11 @@ Json frf_fit_object(const FrfReport& report) {
 std::string frf_fit_text(const FrfReport& report) {
   const FrfAnswer& first = report.answers.front();
   const bool several = report.answers.size() > 1;
-  std::string text = headline(first.density.table());
-  if (several) text += "\n" + comparison_text(report.answers);
+  std::string text = headline(first.density.table()) + "\n";
+  if (several) text += comparison_text(report.answers);
   for (const FrfAnswer& answer : report.answers) {
-    if (several) text += "\n" + answer.controller().name + ", " + answer.controller().description;
-    text += misfit_text(answer) + answer_text(answer, report.truth, report.seconds);
+    if (several) text += "\n" + answer.controller().name + ", " + answer.controller().description + "\n";
+    text += answer_text(answer, report.truth, report.seconds);
   }
   return text + body_text(body_of(first.density), report.body_assumed);
 }

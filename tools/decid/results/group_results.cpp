@@ -238,6 +238,15 @@ std::string reliability_text(const Report& report, const sim::ParameterTable& ta
          "it.\n";
 }
 
+/// Returns how many intervals of persons' changes a call prints, and what their number means.
+std::string unadjusted_text(std::size_t people, std::size_t parameters) {
+  return format(
+      "  Above 0: higher in the first-named. The %zu intervals are not adjusted for their number: about 1 of 20 "
+      "excludes "
+      "0 by chance.\n",
+      people * parameters);
+}
+
 /// Returns each person's changes, with a star where the 95% interval excludes 0.
 std::string changes_text(const cohort::Result& found, const sim::ParameterTable& table) {
   if (found.changes.empty()) return {};
@@ -246,7 +255,8 @@ std::string changes_text(const cohort::Result& found, const sim::ParameterTable&
     width = std::max(width, one_line(found.visits[change.first].participant).size());
   std::string text =
       "Changes of each person, hierarchical model (* the 95% interval excludes 0; else within measurement error; "
-      "intervals: --json):\n";
+      "intervals: --json):\n" +
+      unadjusted_text(found.changes.size(), table.size());
   std::size_t comparison = found.comparisons.size();
   for (const cohort::Change& change : found.changes) {
     if (change.comparison != comparison) {
@@ -272,7 +282,8 @@ std::string changes_text(const cohort::Result& found, const sim::ParameterTable&
 std::string own_changes_text(const std::vector<cohort::OwnChange>& changes, const sim::ParameterTable& table) {
   if (changes.empty()) return {};
   const std::vector<std::string> labels = row_labels(table);
-  std::string text = "Changes of each person, by the uncertainty of this person's recordings only:\n";
+  std::string text = "Changes of each person, by the uncertainty of this person's recordings only:\n" +
+                     unadjusted_text(changes.size(), table.size());
   for (const cohort::OwnChange& change : changes) {
     text += "  " + one_line(change.participant) + ": " + one_line(change.first) + " minus " + one_line(change.second) +
             "\n" + headings(labels, format(" %12s %24s", "difference", "95% interval"));

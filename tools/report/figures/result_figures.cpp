@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -27,18 +28,22 @@ struct Estimates {
   const RecordingResult* recording;
   SheetEntry who;  ///< without cells; participant is the file's name if nobody named the person
   std::vector<double> value, low90, high90;
+  std::vector<double> mgh_nm_rad;  ///< of the body that each value is for; NaN: the parameter does not scale with it
 };
 
 /// Returns a recording's estimates of the parameters in these places; limits are NaN for point estimates.
 Estimates estimates_of(const Report& report, std::size_t i, std::span<const std::size_t> places) {
   const RecordingResult& id = report.recordings[i];
-  Estimates made{&id, id.entry, {}, {}, {}};
+  Estimates made{&id, id.entry, {}, {}, {}, {}};
   if (report.groups && made.who.group.empty()) made.who.group = report.groups->table.members.at(i).group;
   if (report.groups && made.who.participant.empty()) made.who.participant = report.groups->table.members[i].participant;
   if (made.who.participant.empty()) made.who.participant = id.file;
   std::vector<double> scale;  // to the body of the comparison
   for (const std::size_t p : places) {
-    scale.push_back(report.groups ? scale_to(report.groups->mgh_nm_rad, report, id, p) : 1.0);
+    const double own = report.protocol_for(id).experiment.body.mgh(),
+                 mgh_nm_rad = report.groups ? report.groups->mgh_nm_rad : own;
+    scale.push_back(scale_to(mgh_nm_rad, report, id, p) / scale_to(own, report, id, p));
+    made.mgh_nm_rad.push_back(report.protocol.parameters()[p].scales_with_mgh ? mgh_nm_rad : unknown);
     made.value.push_back(scale.back() * id.estimate.parameters[p]);
   }
   made.low90.assign(places.size(), unknown);
@@ -126,11 +131,17 @@ std::vector<double> finite(std::vector<double> values) {
   return values;
 }
 
+/// Returns the title of a parameter's axis: its unit, and the m g h that its values are scaled to, if they are.
+std::string axis_title(const sim::ParameterInfo& info, const Report& report) {
+  const bool is_scaled = report.groups && report.groups->bodies_differ && info.scales_with_mgh;
+  return info.shown_unit() + (is_scaled ? format(", for m g h %.0f N m/rad", report.groups->mgh_nm_rad) : "");
+}
+
 std::string who_cells(const SheetEntry& who) {
   return cell(who.participant) + ',' + cell(who.session) + ',' + cell(who.group) + ',' + cell(who.condition);
 }
 
-Figure estimates_figure(const std::vector<Estimates>& all, const sim::ParameterTable& table) {
+Figure estimates_figure(const Report& report, const std::vector<Estimates>& all, const sim::ParameterTable& table) {
   const std::vector<std::string> groups = distinct(all, &SheetEntry::group);
   std::vector<std::vector<std::string>> participants(groups.size());
   for (const Estimates& one : all) {
@@ -138,11 +149,12 @@ Figure estimates_figure(const std::vector<Estimates>& all, const sim::ParameterT
     if (std::ranges::find(of_group, one.who.participant) == of_group.end()) of_group.push_back(one.who.participant);
   }
   Panels panels(table.size());
-  std::string csv = "parameter,unit,participant_id,session,group,condition,file,value,low90,high90\n";
+  std::string csv = "parameter,unit,participant_id,session,group,condition,file,value,low90,high90,mgh\n";
   for (std::size_t p = 0; p < table.size(); ++p) {
     std::vector<double> values;
     for (const Estimates& one : all) values.insert(values.end(), {one.value[p], one.low90[p], one.high90[p]});
-    Plot plot = panels.add(axis_of_names(groups), axis_for(table[p].shown_unit(), {values}, false), table[p].name);
+    Plot plot =
+        panels.add(axis_of_names(groups), axis_for(axis_title(table[p], report), {values}, false), table[p].name);
     for (const Estimates& one : all) {
       const std::size_t g = place_in(groups, one.who.group);
       const double count = static_cast<double>(participants[g].size()),
@@ -153,7 +165,7 @@ Figure estimates_figure(const std::vector<Estimates>& all, const sim::ParameterT
       plot.dots(std::span(x).first(1), std::vector{one.value[p]}, colour_of(g));
       csv += cell(table[p].name) + ',' + cell(table[p].unit) + ',' + who_cells(one.who) + ',' +
              cell(one.recording->file) + ',' + number_text(one.value[p]) + ',' + number_text(one.low90[p]) + ',' +
-             number_text(one.high90[p]) + '\n';
+             number_text(one.high90[p]) + ',' + number_text(one.mgh_nm_rad[p]) + '\n';
     }
     for (std::size_t g = 0; g < groups.size(); ++g) {
       const double middle = mean(means_of_participants(
@@ -169,12 +181,22 @@ Figure estimates_figure(const std::vector<Estimates>& all, const sim::ParameterT
 }
 
 /// Draws a line per person over sessions or conditions.
-Figure change_figure(const std::vector<Estimates>& all, const sim::ParameterTable& table, const std::string& id,
-                     std::string SheetEntry::*visit) {
+Figure change_figure(const Report& report, const std::vector<Estimates>& all, const sim::ParameterTable& table,
+                     const std::string& id, std::string SheetEntry::*visit) {
   const std::vector<std::string> groups = distinct(all, &SheetEntry::group), visits = distinct(all, visit),
                                  participants = distinct(all, &SheetEntry::participant);
   Panels panels(table.size());
-  std::string csv = "parameter,unit,participant_id,group," + id.substr(0, id.size() - 1) + ",value\n";
+  std::string csv = "parameter,unit,participant_id,group," + id.substr(0, id.size() - 1) + ",value,mgh\n";
+  const auto mgh_of = [&](std::size_t p, const std::string& group, const std::string& participant,
+                          const std::string& name) {  // NaN too for recordings of several bodies
+    std::optional<double> found;
+    for (const Estimates& one : all) {
+      if (one.who.group != group || one.who.participant != participant || one.who.*visit != name) continue;
+      if (found && *found != one.mgh_nm_rad[p]) return unknown;
+      found = one.mgh_nm_rad[p];
+    }
+    return found.value_or(unknown);
+  };
   std::vector<double> x;
   for (std::size_t v = 0; v < visits.size(); ++v) x.push_back(static_cast<double>(v));
   for (std::size_t p = 0; p < table.size(); ++p) {
@@ -186,7 +208,7 @@ Figure change_figure(const std::vector<Estimates>& all, const sim::ParameterTabl
           return one.who.group == groups[g] && one.who.*visit == name;
         }));
     for (const auto& of_group : means) shown.insert(shown.end(), of_group.begin(), of_group.end());
-    Plot plot = panels.add(axis_of_names(visits), axis_for(table[p].shown_unit(), shown, false), table[p].name);
+    Plot plot = panels.add(axis_of_names(visits), axis_for(axis_title(table[p], report), shown, false), table[p].name);
     for (std::size_t g = 0; g < groups.size(); ++g)
       for (std::size_t participant = 0; participant < participants.size(); ++participant) {
         std::vector<double> y;
@@ -194,7 +216,8 @@ Figure change_figure(const std::vector<Estimates>& all, const sim::ParameterTabl
           y.push_back(means[g][v][participant]);
           if (std::isfinite(y.back()))
             csv += cell(table[p].name) + ',' + cell(table[p].unit) + ',' + cell(participants[participant]) + ',' +
-                   cell(groups[g]) + ',' + cell(visits[v]) + ',' + number_text(y.back()) + '\n';
+                   cell(groups[g]) + ',' + cell(visits[v]) + ',' + number_text(y.back()) + ',' +
+                   number_text(mgh_of(p, groups[g], participants[participant], visits[v])) + '\n';
         }
         plot.line(x, y, {.colour = colour_of(g), .width = 1.0});
         plot.dots(x, y, colour_of(g));
@@ -289,14 +312,16 @@ std::vector<Figure> result_figures(const Report& report) {
   std::vector<Figure> figures;
   if (!places.empty()) {
     const sim::ParameterTable table = report.compared_parameters();
-    figures.push_back(estimates_figure(all, table));
+    figures.push_back(estimates_figure(report, all, table));
     if (distinct(all, &SheetEntry::session).size() > 1)
-      figures.push_back(change_figure(all, table, "sessions", &SheetEntry::session));
+      figures.push_back(change_figure(report, all, table, "sessions", &SheetEntry::session));
     if (distinct(all, &SheetEntry::condition).size() > 1)
-      figures.push_back(change_figure(all, table, "conditions", &SheetEntry::condition));
+      figures.push_back(change_figure(report, all, table, "conditions", &SheetEntry::condition));
   }
   if (report.groups && report.groups->bodies_differ)
-    for (Figure& figure : figures) figure.caption += " Stiffness and damping are scaled to one body.";
+    for (Figure& figure : figures)
+      figure.caption +=
+          format(" Stiffness and damping are scaled to one body, of m g h = %.0f N m/rad.", report.groups->mgh_nm_rad);
   for (Figure& figure : response_figure(all)) figures.push_back(std::move(figure));
   return figures;
 }

@@ -64,7 +64,7 @@ function failures(what) {
 
 const groupColours = ["--draw", "--again", "--third", "--fourth"];
 const groupOf = index => report.groups ? report.groups.members[index].group : "";
-const reasons = { tilt_of_other_size: "platform tilted by another angle", "not usable": "not usable", error: "could not be read" };
+const reasons = { tilt_of_other_size: "platform tilted by another angle", "not usable": "not usable", error: "not analysed" };
 // Returns why a comparison of groups leaves out a recording, or nothing.
 const leftOut = index => report.groups ? report.groups.members[index].left_out : "";
 const peopleText = count => count === 1 ? "1 person" : `${count} people`;
@@ -263,8 +263,9 @@ function changesTables() {
       if (changed) made.classList.add("strong");
       return made;
     };
-    return element("div", {}, element("h3", {}, `${name}, each person`), element("div", { class: "scroll" }, element("table", { class: "recordings changes" },
-      element("caption", {}, `Differences${model ? " by the hierarchical model" : ""} with 95% intervals: bold where these leave out 0, else within measurement error.` +
+    return element("div", {}, element("h3", {}, `Change: ${name}, each person`), element("div", { class: "scroll" }, element("table", { class: "recordings changes" },
+      element("caption", {}, `Differences${model ? " by the hierarchical model" : ""} with 95% intervals: bold where these leave out 0, else within measurement error. Above 0: higher in the first-named. ` +
+        `The ${here.length * shown.length} intervals are not adjusted for their number: about 1 of 20 leaves out 0 by chance.` +
         (cautious ? ` A recording has a caution, so intervals may be too narrow: ${cautious}.` : "")),
       element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Person"), ...shown.map(parameter => numberHeading(symbolAndUnit(parameter))))),
       element("tbody", {}, ...here.map(({ participant_id: person, parameters }) => element("tr", {}, element("th", { scope: "row" }, person), ...parameters.map(changeCell)))))));
@@ -273,11 +274,12 @@ function changesTables() {
 
 // Describes what counts as a person, and which recordings no comparison of groups includes.
 function groupNotes() {
-  const { participant_column: column, left_out: out } = report.groups.group_comparison;
+  const { participant_column: column, left_out: out, bodies_differ: differ, mgh } = report.groups.group_comparison;
   const people = absent(column) ? "The table of groups has no column \u201cparticipant_id\u201d: each recording counts as a person. Several recordings of one person would make the intervals too narrow."
     : `Recordings with the same \u201c${column}\u201d are of one person and are averaged first; people are compared.`;
   const notInferred = report.groups.group_comparison.fixed_parameters;
   return element("div", {}, element("h3", {}, "Who is compared"), element("p", { class: "about" }, people),
+    !differ ? null : element("p", { class: "about" }, `Stiffness and damping are scaled to one body, of m g h = ${fixed(mgh, 0)} N m/rad. The values of each recording, and --table, are for the person\u2019s own body.`),
     notInferred.length === 0 ? null : element("p", { class: "about" }, `Fixed, and so not compared: ${notInferred.join(", ")}.`),
     out.length === 0 ? null : element("p", { class: "about" }, `Left out: ${out.length} ${out.length === 1 ? "recording" : "recordings"}: ` +
       out.map(({ file, group, reason }) => `${file} (${group}; ${reasons[reason]})`).join(", ") + "."));
@@ -311,9 +313,9 @@ function contents(valueCell, last) {
   if (recordings.length < 2) return;
   const count = kind => recordings.filter(({ trust }) => trust === kind).length;
   const counts = Object.keys(verdicts).filter(kind => count(kind) > 0).map(kind => `${count(kind)} ${kind}`);
-  const unread = report.failed.length, failed = unread > 0 ? `; ${unread} file${unread === 1 ? "" : "s"} could not be read` : "";
+  if (report.failed.length > 0) counts.push(`${report.failed.length} not analysed`);
   const nav = document.getElementById("contents");
-  nav.append(element("h2", {}, `${recordings.length} recordings`), element("p", { class: "about" }, counts.join(", ") + failed + "."));
+  nav.append(element("h2", {}, `${recordings.length + report.failed.length} recordings`), element("p", { class: "about" }, counts.join(", ") + "."));
   if (report.groups?.verdicts.sentences.length > 0) nav.append(verdictsBox(report.groups.verdicts));
   if (report.groups) nav.append(groupNotes(), ...report.groups.comparisons.map(comparisonTable),
     ...(report.groups.hierarchical?.comparisons ?? []).map(cohortTable),

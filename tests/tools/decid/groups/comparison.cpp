@@ -186,6 +186,7 @@ TEST_CASE("groups of recordings with distributions also have a hierarchical mode
         std::ranges::count_if(model["changes"][0]["parameters"],
                               [](const Json& one) { return one["changed"].get<bool>(); }));
   CHECK(std::ranges::count(person, '*') > 0);
+  CHECK(contains(text, "The 21 intervals are not adjusted"));  // three people, seven parameters
   const std::size_t above = text.rfind('\n', text.find("\n    s0 ") - 1);
   const std::string heading = text.substr(above, text.find("\n    s0 ") - above);
   CHECK(contains(heading, " Kp, N m/rad "));
@@ -227,6 +228,7 @@ TEST_CASE("one person's two visits have a change with its interval") {
   const std::string text = groups_text(report);
   CHECK_FALSE(contains(text, "ICC"));
   CHECK(contains(text, "  s: 1 minus 2\n"));
+  CHECK(contains(text, "The 7 intervals are not adjusted"));
   CHECK(contains(text, "  changed\n"));
   CHECK(decid::tools::page_groups(report)["own_changes"] == found["own_changes"]);
   CHECK(change["caution"] == false);
