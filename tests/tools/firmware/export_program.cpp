@@ -80,7 +80,7 @@ TEST_CASE("bad input of decid export") {
   fails("c " + folder / "none" + out, "none: cannot be opened");
   test::write_text(folder / "file", "");
   fails("c " + folder / "file" + out, "file: is too short");
-  fails("controller " + folder / "file" + out, "file: is not valid JSON");
+  fails("controller " + folder / "file" + out, "file: is not JSON");
   fails("controller --kp -1" + out, "Kp: is -1");
   fails("c " + model + " --name 'a b'" + out, "'a b' cannot begin");
   for (const char* name : {"stdint", "Math", "wctype"}) {

@@ -92,8 +92,8 @@ TEST_CASE(
   report.groups = decid::report_groups(table, report);
   found = decid::tools::group_verdicts(report);
   REQUIRE(found.sentences.size() == 3);
-  CHECK(found.sentences[0].starts_with("session 1 and session 2: "));
-  CHECK(found.sentences[2].starts_with("session 2 and session 10: "));  // by their numbers
+  CHECK(found.sentences[0].starts_with("session 2 and session 1: "));
+  CHECK(found.sentences[2].starts_with("session 10 and session 2: "));  // by their numbers
   CHECK(found.notes.empty());
 }
 
