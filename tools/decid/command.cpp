@@ -40,10 +40,13 @@ constexpr Format formats[] = {{"JSON", ".json"},
                               {"bare samples", ".bin"},
                               {"", ""}};
 
-/// File endings of files, which a folder's name may not have.
-constexpr const char* known_endings[] = {".csv",  ".tsv",         ".json", ".npz", ".npy", ".mat",  ".html",
-                                         ".htm",  ".svg",         ".png",  ".pdf", ".xls", ".xlsx", ".bin",
-                                         ".hdf5", ".safetensors", ".onnx", ".c",   ".h",   ".c3d"};
+/// File endings that programs and people know. Any other ending is valid for every format, such as that of a temporary
+/// file.
+constexpr const char* known_endings[] = {".csv",     ".tsv",  ".txt",         ".dat",  ".json", ".yaml", ".yml", ".xml",
+                                         ".npz",     ".npy",  ".mat",         ".html", ".htm",  ".svg",  ".png", ".pdf",
+                                         ".md",      ".xls",  ".xlsx",        ".ods",  ".doc",  ".docx", ".odt", ".bin",
+                                         ".gz",      ".zip",  ".rds",         ".sav",  ".pkl",  ".hdf5", ".h5",  ".c3d",
+                                         ".parquet", ".onnx", ".safetensors", ".c",    ".h"};
 
 /// Returns true for a name of the file, pipe or terminal that is the standard output, except for the null device.
 bool is_standard_output(const std::string& name) {
@@ -54,10 +57,6 @@ bool is_standard_output(const std::string& name) {
   };
   return !name.empty() && ::stat(name.c_str(), &named) == 0 && ::fstat(STDOUT_FILENO, &output) == 0 &&
          are_same(named, output) && !(::stat("/dev/null", &null) == 0 && are_same(named, null));
-}
-
-bool is_digit(char c) {
-  return c >= '0' && c <= '9';
 }
 
 /// Returns the error in an output's name; empty if the name is valid.
@@ -72,11 +71,7 @@ std::string what_is_wrong(const std::string& name, Written written) {
   const bool same = ending == right.ending || (written == Written::html && ending == ".htm") ||
                     (written == Written::draws && ending == ".csv") || (written == Written::table && ending == ".xlsx");
   const bool is_text = (written == Written::csv || written == Written::table) && (ending == ".txt" || ending == ".dat");
-  // "run.2024" has no ending; bare samples have no usual one, and a file of anybody's may hold them.
-  const bool has_ending = ending.size() > 1 && !is_digit(ending[1]);
-  const bool is_known = std::ranges::count(known_endings, ending) > 0;
-  if (same || is_text || !has_ending || (!is_known && (written == Written::folder || written == Written::samples)))
-    return "";
+  if (same || is_text || std::ranges::count(known_endings, ending) == 0) return "";
   if (written == Written::folder)
     return std::filesystem::is_directory(path)
                ? ""

@@ -63,7 +63,7 @@ TEST_CASE("an output may have another ending, or none; a page has one of two") {
   const Folder folder;
   const std::string trial = folder / "t.csv";
   run_ok("simulate --quiet -o " + trial);
-  for (const char* name : {"all", "all.2024", "all.JSON"})
+  for (const char* name : {"all", "all.2024", "all.JSON", "all.json.part"})
     run_ok("identify " + trial + " -o " + folder / name + " --report " + folder / "page.HTM");
   for (const char* name : {"all", "all.txt", "all.DAT"}) run_ok("identify " + trial + " --table " + folder / name);
   // Programs would open these as something else.
