@@ -203,12 +203,15 @@ TEST_CASE_FIXTURE(Pair, "sample_joint: trials have the same draws of common unkn
   CHECK(none[1].draws() == 0);
 }
 
-// Where recordings say nothing, draws are the prior's: that of common unknowns too, which two trials have.
-TEST_CASE_FIXTURE(Pair, "Sampler: of two trials that say nothing, draws are those of the prior" *
-                            doctest::test_suite("long")) {
+// Common unknowns have one prior, though two trials have them.
+TEST_CASE_FIXTURE(Pair, "Sampler: where two trials say nothing, transitions keep the prior") {
   Sampler sampler(target(), 3, 0);
   for (std::size_t t = 0; t < 2; ++t) sampler.fix_noise(1e6, t);
-  check_draws_of_prior(sampler, 1, own - Density::others, count, [] {});
+  std::vector<std::size_t> common;
+  for (std::size_t p = 0; p < count; ++p)
+    if (p != sim::Theta) common.push_back(p);
+  const auto noises = static_cast<std::size_t>(density.noise_size());
+  check_prior_is_kept(sampler, common, 1, noises, count, [] {});
 }
 
 TEST_CASE_FIXTURE(Pair, "Target: what does not fit together is refused") {
