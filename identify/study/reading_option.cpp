@@ -95,8 +95,14 @@ std::optional<double> metres_of_unit(std::string_view name) {
 }
 
 std::string find_reading_option(std::string_view column) {
-  const auto found = std::ranges::find(option_names, column_key(column), column_key);
-  return found == option_names.end() ? std::string() : std::string(*found);
+  static const std::vector<std::string> keys = [] {
+    std::vector<std::string> made;
+    std::ranges::transform(option_names, std::back_inserter(made), column_key);
+    return made;
+  }();
+  const auto found = std::ranges::find(keys, column_key(column));
+  return found == keys.end() ? std::string()
+                             : std::string(option_names[static_cast<std::size_t>(found - keys.begin())]);
 }
 
 void set_reading_option(ReadOptions& made, const std::string& name, const std::string& text, const std::string& where) {

@@ -127,7 +127,9 @@ FILE* fopen(const char* path, const char* mode) {
   return fails(FOPEN) ? NULL : REAL(fopen)(path, mode);
 }
 size_t fread(void* to, size_t size, size_t count, FILE* file) {
-  return fails(FREAD) ? 0 : REAL(fread)(to, size, count, file);
+  if (!fails(FREAD)) return REAL(fread)(to, size, count, file);
+  file->_flags |= 0x20; /* glibc's _IO_ERR_SEEN: what ferror() tells */
+  return 0;
 }
 int fclose(FILE* file) {
   const int result = REAL(fclose)(file);

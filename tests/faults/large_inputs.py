@@ -6,7 +6,7 @@
 Prints a row a file: the processor's time, user's and system's, the most memory, exit code and first line of the error. Fails
 where more memory was taken, or the program ended by a signal, or otherwise than with exit code 0, or 2 and "decid: ". --time
 fails too where more than 1 s of processor time was taken. --only: the files whose names have PART in them. --size: bytes, with
-a limit of 200 MB and 80 bytes of memory a byte.
+a limit of 200 MB and 80 bytes of memory a byte, at least 500 MB: what a compressed file expands to does not depend on its size.
 """
 import argparse
 import io
@@ -64,6 +64,7 @@ def texts():
     return {
         "one row of columns": lambda: b"1," * (SIZE // 2),
         "one header of columns": lambda: lines("a,", size=SIZE - 4) + b"\n1,2",
+        "one header of names of sheets": lambda: lines("taille,", size=SIZE - 4) + b"\n1,2",
         "two equal rows of columns": lambda: b"1," * (SIZE // 4) + b"\n" + b"1," * (SIZE // 4),
         "rows of 1000 columns": lambda: wide("1", 1000),
         "rows of 1000 named columns": lambda: wide("1", 1000, named),
@@ -512,7 +513,7 @@ def main():
         shown = text.replace(folder + "/", "").strip().split("\n")[-1]
         print(f"{seconds:6.2f} {mb:6.0f} {code:4}  {name}: {shown[:110]}", flush=True)
         count, max_slip_s, max_mb = count + 1, max(max_slip_s, seconds), max(max_mb, mb)
-        if mb > 200 + 80 * options.size / 1e6:
+        if mb > max(500, 200 + 80 * options.size / 1e6):
             failures.append(f"{name}: {mb:.0f} MB")
         if options.time and seconds > MOST_S:
             failures.append(f"{name}: {seconds:.2f} s")

