@@ -115,7 +115,10 @@ GroupSample group_sample(std::span<const double> values) {
   double sum = 0.0, squares = 0.0;
   for (const double value : values) sum += value;
   const double mean = values.empty() ? unknown : sum / count;
-  for (const double value : values) squares += squared(value - mean);
+  // The mean of equal values may differ from them by rounding.
+  const bool varies = std::ranges::any_of(values, [&](double value) { return value != values.front(); });
+  for (const double value : values)
+    if (varies) squares += squared(value - mean);
   return {values.size(), mean, values.size() > 1 ? std::sqrt(squares / (count - 1.0)) : unknown};
 }
 
@@ -146,7 +149,10 @@ GroupEffect paired_effect(std::span<const double> first, std::span<const double>
   GroupEffect effect = effect_without_spread(sample.mean);
   if (sample.count < 2) return effect;
   const auto n = static_cast<double>(sample.count);
-  if (sample.sd > 0.0) add_intervals(effect, sample.sd / std::sqrt(n), n - 1.0, intervals);
+  const auto size_of = [](const GroupSample& group) { return std::abs(group.mean) + group.sd; };
+  // Below that, equal differences differ by rounding.
+  if (sample.sd > 1e-12 * (size_of(one) + size_of(other)))
+    add_intervals(effect, sample.sd / std::sqrt(n), n - 1.0, intervals);
   effect.hedges_g = hedges_g(sample.mean, std::sqrt(0.5 * (squared(one.sd) + squared(other.sd))), n - 1.0);
   return effect;
 }

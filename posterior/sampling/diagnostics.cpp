@@ -38,6 +38,12 @@ ChainDraws normal_scores(const ChainDraws& chains) {
   return scores;
 }
 
+bool are_finite(const ChainDraws& chains) {
+  return std::ranges::all_of(chains, [](const std::vector<double>& chain) {
+    return std::ranges::all_of(chain, [](double value) { return std::isfinite(value); });
+  });
+}
+
 struct Variances {
   double within, pooled;
 };
@@ -62,6 +68,7 @@ double plain_rhat(const ChainDraws& chains) {
 }  // namespace
 
 double rhat(const ChainDraws& chains) {
+  if (!are_finite(chains)) return std::numeric_limits<double>::infinity();
   const ChainDraws halves = split(chains);
   std::vector<double> all;
   for (const std::vector<double>& half : halves) all.insert(all.end(), half.begin(), half.end());
@@ -99,28 +106,33 @@ double effective_of(const ChainDraws& halves) {
   return draws / std::max(sum, 1.0 / (decid::log(draws) / decid::log(10.0)));
 }
 
+/// Returns the effective draws of whether a draw is in a tail.
+template <class IsInTail>
+double effective_where(const ChainDraws& chains, const IsInTail& is_in_tail) {
+  ChainDraws halves = split(chains);
+  for (std::vector<double>& half : halves)
+    for (double& value : half) value = is_in_tail(value) ? 1.0 : 0.0;
+  return effective_of(halves);
+}
+
 }  // namespace
 
 double effective_draws(const ChainDraws& chains) {
-  return effective_of(normal_scores(split(chains)));
+  return are_finite(chains) ? effective_of(normal_scores(split(chains))) : 0.0;
 }
 
 double mean_effective_draws(const ChainDraws& chains) {
-  return effective_of(split(chains));
+  return are_finite(chains) ? effective_of(split(chains)) : 0.0;
 }
 
 double tail_effective_draws(const ChainDraws& chains) {
+  if (!are_finite(chains)) return 0.0;
   std::vector<double> all;
   for (const std::vector<double>& chain : chains) all.insert(all.end(), chain.begin(), chain.end());
-  double fewest = std::numeric_limits<double>::infinity();
-  for (const double probability : {0.05, 0.95}) {
-    const double limit = quantile(all, probability);
-    ChainDraws below = split(chains);
-    for (std::vector<double>& half : below)
-      for (double& value : half) value = value <= limit ? 1.0 : 0.0;
-    fewest = std::min(fewest, effective_of(below));
-  }
-  return fewest;
+  const double low = quantile(all, 0.05), high = quantile(all, 0.95);
+  // From its own side each, because many draws may be equal to the limit.
+  return std::min(effective_where(chains, [&](double value) { return value <= low; }),
+                  effective_where(chains, [&](double value) { return value >= high; }));
 }
 
 double energy_fraction(const ChainDraws& energy) {

@@ -118,6 +118,13 @@ TEST_CASE("groups: undefined figures are NaN") {
   CHECK(std::isnan(independent_effect(one, two, 7).hedges_g));
   CHECK(std::isnan(independent_effect(two, none, 7).interval95[0]));
   CHECK(std::isnan(independent_effect(still, still, 7).hedges_g));
+  // Means of equal values that are rounded, and equal differences of people.
+  const GroupSample seven = group_sample(std::vector(7, 0.1)), six = group_sample(std::vector(6, 0.3));
+  CHECK(seven.sd == 0.0);
+  CHECK(std::isnan(independent_effect(seven, six, 7).interval95[0]));
+  CHECK(std::isnan(independent_effect(seven, six, 7).hedges_g));
+  const std::vector<double> before{0.1, 0.2, 0.3, 0.4}, after{0.2, 0.3, 0.4, 0.5};
+  CHECK(std::isnan(paired_effect(before, after, 7).interval95[0]));
   CHECK(independent_effect(two, still, 7).hedges_g == 0.0);
   CHECK(independent_effect(two, still, 7).interval95[1] > 0.0);
   const std::vector<double> rising{1, 2, 3}, later{2, 3, 4};

@@ -43,7 +43,23 @@ TEST_CASE("effective draws of the mean and of the tails: known of an autoregress
   ChainDraws sticky = independent;  // one chain stays in the tail for a tenth of its time
   for (std::size_t i = 100; i < 200; ++i) sticky[0][i] = 5.0;
   CHECK(tail_effective_draws(sticky) < 0.5 * tail_effective_draws(independent));
+  for (const double end : {-5.0, 5.0}) {  // one of eight chains stays at either end: more than 5% are the limit itself
+    ChainDraws stuck = independent;
+    std::ranges::fill(stuck[0], end);
+    CHECK(tail_effective_draws(stuck) < 20.0);
+  }
   CHECK(tail_effective_draws(ChainDraws(4, std::vector<double>(10, 1.0))) == 40.0);
+}
+
+TEST_CASE("diagnostics: draws that are not finite are no draws") {
+  ChainDraws chains = autoregression(0.0, 8, 40);
+  for (const double value : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    chains[3][7] = value;
+    CHECK(rhat(chains) == std::numeric_limits<double>::infinity());
+    CHECK(effective_draws(chains) == 0.0);
+    CHECK(mean_effective_draws(chains) == 0.0);
+    CHECK(tail_effective_draws(chains) == 0.0);
+  }
 }
 
 TEST_CASE("rhat: 1 for chains that agree, above for those that differ in place, spread or trend") {

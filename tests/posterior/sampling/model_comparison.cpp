@@ -2,7 +2,10 @@
 #include "posterior/sampling/model_comparison.hpp"
 
 #include <cmath>
+#include <vector>
 
+#include "base/math/random.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid::posterior;
@@ -46,6 +49,39 @@ TEST_CASE("compare_models: a model that predicts everything better has all the w
   CHECK(better[0].standard_error == 0.0);  // the same difference in each observation
   const std::vector<ComparedModel> equal = compare_models(std::vector<std::vector<double>>{{-1.0, -2.0}, {-1.0, -2.0}});
   CHECK(equal[0].weight == 0.5);
+}
+
+// The stacked density of nearly equal models is so flat that expectation maximisation would stay at equal weights.
+TEST_CASE("compare_models: weights of nearly equal models are those of the maximum") {
+  const decid::Random random(7, decid::sim::streams::sensor_noise, 0);
+  std::vector<std::vector<double>> pointwise(2, std::vector<double>(1200));
+  random.fill_normal(pointwise[0], 1);
+  double slope = 0.0;  // of the stacked density by the second model's weight, where it has all
+  for (std::size_t i = 0; i < 1200; ++i) {
+    const double difference = 0.01 * random.normal(10'000 + i) + 0.001;
+    pointwise[1][i] = pointwise[0][i] + difference;
+    slope += 1.0 - std::exp(-difference);
+  }
+  REQUIRE(slope > 0.0);
+  CHECK(compare_models(pointwise)[1].weight == 1.0);
+  CHECK(compare_models(std::vector{pointwise[1], pointwise[0]})[0].weight == 1.0);
+}
+
+TEST_CASE("compare_models: three models share their weights where no change of them gains") {
+  const decid::Random random(8, decid::sim::streams::sensor_noise, 0);
+  std::vector<std::vector<double>> pointwise(3, std::vector<double>(400));
+  for (std::size_t k = 0; k < 3; ++k) random.fill_normal(pointwise[k], 1 + 1000 * k);
+  const std::vector<ComparedModel> found = compare_models(pointwise);
+  for (std::size_t k = 0; k < 3; ++k) {
+    double mean = 0.0;  // of the model's density over the mixture's: 1 for each model with a weight
+    for (std::size_t i = 0; i < 400; ++i) {
+      double mixed = 0.0;
+      for (std::size_t j = 0; j < 3; ++j) mixed += found[j].weight * std::exp(pointwise[j][i]);
+      mean += std::exp(pointwise[k][i]) / mixed / 400.0;
+    }
+    CHECK(found[k].weight > 0.1);
+    CHECK(within(mean, 1.0, 1e-6));
+  }
 }
 
 TEST_CASE("compare_models: other numbers of observations are refused") {
