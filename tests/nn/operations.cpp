@@ -350,6 +350,26 @@ TEST_CASE("dropout: drops its rate, scales the rest, another mask each step; inf
   CHECK(predict(net, ones) == ones);
 }
 
+// A channel whose random numbers were another's, begun elsewhere, would have its mask, moved.
+TEST_CASE("dropout: no channel's mask is the one before it, moved") {
+  Network<float> net({4, 25, 25}, "dropout 0.25");
+  Trainer<float> trainer(net, 1);
+  load_batch(trainer.input(), std::vector<float>(2500, 1.0F));
+  trainer.set_random(1, 0);
+  trainer.forward();
+  const std::vector<float> masks = store_batch(trainer.output());
+  // Independent masks agree in 0.625 of their places: six standard deviations are 0.15 at half of the length.
+  for (std::size_t channel = 1; channel < 4; ++channel)
+    for (std::size_t moved = 0; moved < 312; ++moved) {
+      const auto first = masks.begin() + static_cast<std::ptrdiff_t>(625 * channel);
+      const auto before = first - 625 + static_cast<std::ptrdiff_t>(moved);
+      int agree = 0;
+      for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(625 - moved); ++i)
+        agree += (first[i] == 0.0F) == (before[i] == 0.0F) ? 1 : 0;
+      CHECK(agree < 0.8 * static_cast<double>(625 - moved));
+    }
+}
+
 TEST_CASE("architecture: comments, blocks, and what does not fit") {
   const Network net({2, 6, 5},
                     "# a block\n\n conv 4 3x3 pad 1  # same size\r\nresidual { batchnorm;; relu \r\n; conv 4 1x1 }\n"

@@ -59,6 +59,33 @@ TEST_CASE("Simulator::run_all: each trial as if alone, whatever falls, with ever
   }
 }
 
+TEST_CASE("Simulator::run_all: each trial of every controller as if alone, with every instruction set") {
+  for (const BodyModel* model : {&dec2015(), &independent_channels()}) {
+    CAPTURE(model->name);
+    Protocol protocol = short_protocol();
+    protocol.experiment.body_model = model;
+    const auto make_trial = [&](int index) {
+      const auto number = static_cast<std::uint64_t>(index);
+      const Random random(3, streams::base_parameters, number);
+      Parameters parameters = model->parameters.middle();
+      for (std::size_t i = 0; i < parameters.size(); ++i)
+        parameters[i] += 0.1 * (random.uniform(i) - 0.5) * model->parameters[i].range();
+      return TrialInput{parameters, Random(3, streams::vestibular_noise, number)};
+    };
+    const Simulator plain(protocol, decid::Isa::reference);
+    for (const decid::Isa isa : decid::available_isas()) {
+      CAPTURE(name(isa));
+      Simulator(protocol, isa).run_all(17, make_trial, [&](int i, const Outcome& outcome, std::span<double> sway) {
+        const TrialInput trial = make_trial(i);
+        const Run expected = simulate(plain, trial.parameters, trial.noise);
+        CHECK(outcome.valid);
+        CHECK(outcome.max_sway_rad == expected.outcome.max_sway_rad);
+        CHECK(std::equal(sway.begin(), sway.end(), expected.sway.begin()));
+      });
+    }
+  }
+}
+
 TEST_CASE("Simulator::run_all: other sample rates and grids, the commands' memory wraps around") {
   Protocol protocol = short_protocol();
   protocol.sequence().offset_s = 0.001;  // a grid of 1 ms

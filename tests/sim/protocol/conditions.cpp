@@ -180,6 +180,8 @@ TEST_CASE("record: frozen and lost stretches, one in every 10 s") {
   CHECK(frozen_samples <= 13 * 30);
   CHECK(frozen_samples >= 12 * 29);
   CHECK(lost_samples == 13 * 30);
+  const std::vector<double> single = recorded(with(Condition::lost, 0.01, 0.01), exact);
+  CHECK(std::ranges::mismatch(single, exact).in1 != single.end());  // a gap of one sample
   for (int stretch = 0; stretch < 12; ++stretch) CHECK(in_stretch[static_cast<std::size_t>(stretch)] >= 29);
 }
 
