@@ -10,9 +10,14 @@
 namespace decid::sim {
 namespace {
 
+constexpr int min_samples = 4;  // which a recording that begins late is interpolated from
+
 /// Transforms of the trial's length make noise and spectra.
 void validate_length(const Checker& check, const Experiment& experiment) {
   const int samples = experiment.samples(), largest = max_prime_factor(samples);
+  if (samples < min_samples)
+    check.fail("the trial", "has " + std::to_string(samples) + " samples",
+               "give a longer cycle or a higher sample_rate_hz, for at least " + std::to_string(min_samples));
   if (largest <= max_fft_prime) return;
   int more = 1;
   while (max_prime_factor(samples + more) > max_fft_prime) ++more;

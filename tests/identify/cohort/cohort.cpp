@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <span>
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
@@ -74,30 +75,34 @@ bool holds(const Quantity& quantity, double value) {
 }  // namespace
 
 TEST_CASE("cohort: a group's mean is that of the exact posterior") {
-  const std::vector<double> at{-0.5, 0.1, 0.4, 0.9, 0.2};
-  const std::vector<double> sd{0.3, 0.5, 0.2, 0.8, 0.4};
-  std::vector<Recording> recordings;
-  double precision = 0.0;
-  for (std::size_t i = 0; i < at.size(); ++i) {
-    recordings.push_back({std::to_string(i), "", "", "", {}, gaussian({at[i]}, sd[i])});
-    precision += 1.0 / (sd[i] * sd[i]) / 5.0;
+  const std::vector<double> all_at{-0.5, 0.9, 0.4, 0.1, 0.2}, all_sd{0.3, 0.2, 0.5, 0.8, 0.4};
+  for (const std::size_t participants : {std::size_t{2}, std::size_t{5}}) {
+    CAPTURE(participants);
+    const std::span<const double> at = std::span(all_at).first(participants),
+                                  sd = std::span(all_sd).first(participants);
+    std::vector<Recording> recordings;
+    double precision = 0.0;
+    for (std::size_t i = 0; i < participants; ++i) {
+      recordings.push_back({std::to_string(i), "", "", "", {}, gaussian({at[i]}, sd[i])});
+      precision += 1.0 / (sd[i] * sd[i]) / static_cast<double>(participants);
+    }
+    const std::array<double, 2> exact = by_grid(1.0 / precision, [&](double centre, double variance) {
+      double sum = 0.0;
+      for (std::size_t i = 0; i < participants; ++i) sum += log_normal(at[i] - centre, variance + sd[i] * sd[i]);
+      return sum;
+    });
+    const Result found = analyse(recordings, 1);
+    const double mean = exact[0], stddev = exact[1];
+    CAPTURE(mean);
+    CAPTURE(stddev);
+    REQUIRE(found.cells.size() == 1);
+    CHECK(found.cells[0].participants == participants);
+    // 6,000 draws, at least 1,500 of them effective: four standard errors.
+    CHECK(within(found.cells[0].mean[0].mean, mean, 4.0 * stddev / std::sqrt(1500.0)));
+    CHECK(near(found.cells[0].mean[0].sd, stddev, 4.0 / std::sqrt(2.0 * 1500.0)));
+    CHECK(found.max_rhat < 1.05);
+    CHECK(found.comparisons.empty());
   }
-  const std::array<double, 2> exact = by_grid(1.0 / precision, [&](double centre, double variance) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < at.size(); ++i) sum += log_normal(at[i] - centre, variance + sd[i] * sd[i]);
-    return sum;
-  });
-  const Result found = analyse(recordings, 1);
-  const double mean = exact[0], stddev = exact[1];
-  CAPTURE(mean);
-  CAPTURE(stddev);
-  REQUIRE(found.cells.size() == 1);
-  CHECK(found.cells[0].participants == 5);
-  // 6,000 draws, at least 1,500 of them effective: four standard errors.
-  CHECK(within(found.cells[0].mean[0].mean, mean, 4.0 * stddev / std::sqrt(1500.0)));
-  CHECK(near(found.cells[0].mean[0].sd, stddev, 4.0 / std::sqrt(2.0 * 1500.0)));
-  CHECK(found.max_rhat < 1.05);
-  CHECK(found.comparisons.empty());
 }
 
 TEST_CASE("cohort: evidence with two modes, from draws, is that of the exact posterior") {

@@ -7,11 +7,24 @@
 
 #include "identify/study/joint_groups.hpp"
 #include "identify/study/recording_plan.hpp"
+#include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
 #include "tests/identify/study/sheet_files.hpp"
 
 using namespace decid;
 using namespace decid::test;
+
+TEST_CASE("read_freed: parameters and a column; what is not so is refused") {
+  const sim::ParameterTable& table = sim::single_pendulum().parameters;
+  const FreedParameters freed = read_freed("theta,Nv,Kp:eyes", table);
+  CHECK(freed.names == std::vector<std::string>{"theta", "Nv", "Kp"});
+  CHECK(freed.conditions == "eyes");
+  CHECK(read_freed("", table).names.empty());
+  for (const char* text : {"theta", ":eyes", "theta:"})
+    check_error([&] { read_freed(text, table); }, Code::setting_malformed);
+  for (const char* text : {"theta,:eyes", "G_f:eyes", "theta,Nv Kp:eyes"})
+    check_error([&] { read_freed(text, table); }, Code::setting_unknown);
+}
 
 TEST_CASE("StudySheet::reader_of: columns by any spelling; joint_groups: persons and conditions by any case") {
   const TemporaryFolder folder;

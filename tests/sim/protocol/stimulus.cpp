@@ -252,13 +252,18 @@ TEST_CASE("stimuli: every bound") {
   }
 }
 
+TEST_CASE("stimuli: a trial of fewer than four samples is refused") {
+  for (const auto& tilt_deg : {std::vector{0.0, 1.0}, std::vector{0.0, 1.0, 0.0}})
+    check_error([&] { playing(MeasuredTilt{.tilt_deg = tilt_deg}); }, decid::Code::setting_out_of_range, "samples");
+}
+
 TEST_CASE("stimuli: the ends of the bounds are inside") {
   Sines wave{.components = {{.frequency_hz = 10.0, .amplitude_deg = 45.0, .phase_deg = -360.0}}, .cycle_s = 3600.0};
   CHECK_NOTHROW(playing(wave));
   RaisedCosines move{
       .moves = {{.start_s = 0.0, .duration_s = 0.1, .amplitude_deg = -45.0}}, .cycle_s = 0.1, .cycles = 36'000};
   CHECK_NOTHROW(playing(move));
-  CHECK_NOTHROW(playing(MeasuredTilt{.tilt_deg = {0.0, 45.0}}));
+  CHECK_NOTHROW(playing(MeasuredTilt{.tilt_deg = {0.0, 45.0, 0.0, 45.0}}));
 }
 
 TEST_CASE("Protocol::sequence: only of a sequence") {
