@@ -8,6 +8,7 @@
 #include "base/text.hpp"
 #include "nn/detail/samples.hpp"
 #include "nn/predictor.hpp"
+#include "nn/training/detail/classes.hpp"
 #include "nn/training/trainer.hpp"
 
 namespace decid::nn {
@@ -41,6 +42,7 @@ double mean_loss_of(const Network<float>& network, const Samples& samples, std::
                     const Loss& loss) {
   double sum = 0;
   const auto outputs = static_cast<std::size_t>(network.output_shape().size());
+  loss.require(network.output_shape());
   const int width = loss.targets(network.output_shape().size());
   for_each_part(network, samples, places, static_cast<std::size_t>(width), epoch,
                 [&](std::span<const float> output, std::span<const float> target) {
@@ -97,6 +99,7 @@ double mean_loss(const Network<float>& network, const Samples& samples, const Lo
 }
 
 double accuracy(const Network<float>& network, const Samples& samples) {
+  require_classes(network.output_shape(), "accuracy");
   int right = 0;
   const auto classes = static_cast<std::size_t>(network.output_shape().size());
   const auto is_right = [&](std::span<const float> output, float wanted) {

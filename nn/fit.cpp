@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 #include <utility>
+#include <variant>
 
 #include "base/batches.hpp"
 #include "base/error.hpp"
@@ -66,6 +67,33 @@ bool is_new(const Network<float>& network) {
   });
 }
 
+/// Returns true for a layer whose weights and biases are all 0; false for one without weights.
+bool is_zero(const Layer<float>& layer) {
+  const auto all_zero = [](const Parameter<float>& parameter) {
+    return std::ranges::all_of(parameter.value, [](float value) { return value == 0; });
+  };
+  return std::ranges::any_of(layer.parameters(), [](const Parameter<float>& p) { return p.fan_in > 0; }) &&
+         std::ranges::all_of(layer.parameters(), all_zero);
+}
+
+/// Throws Error if two zero layers follow each other in one chain: no gradient reaches their weights. The layers of a
+/// residual or concat are a chain of their own, because its input bypasses them.
+void require_gradients(const Network<float>& network) {
+  std::vector<int> zeros{0};  // of the open blocks, the innermost last
+  std::size_t line = 0;
+  for (const Layer<float>& layer : network.layers()) {
+    if (std::holds_alternative<Branch>(layer.kind())) zeros.push_back(0);
+    if (std::holds_alternative<Join>(layer.kind())) zeros.pop_back();
+    if (is_zero(layer) && ++zeros.back() == 2)
+      throw Error(Code::setting_missing, "fit",
+                  format("has two layers whose weights are all 0, the second in line %zu, but other weights are set: "
+                         "no gradient reaches them",
+                         line + 1),
+                  "call initialise() before copying weights, or leave only one layer at 0");
+    line += layer.lines();
+  }
+}
+
 class Fit final : public TrainingLoop {
  public:
   Fit(Network<float>& network, const Samples& samples, const FitOptions& options, std::vector<int> training,
@@ -81,6 +109,7 @@ class Fit final : public TrainingLoop {
         trainer_(network, batches_.size(0)),
         width_(static_cast<std::size_t>(options.loss->targets(network.output_shape().size()))),
         state{begin(*options.optimiser, network), {}, {}, std::nullopt, std::nullopt, 0} {
+    options.loss->require(network.output_shape());
     if (!options.checkpoint.empty()) {
       content_ = content_of(samples);
       if (options.validation_samples) content_ += " and " + content_of(*options.validation_samples);
@@ -169,9 +198,11 @@ class Fit final : public TrainingLoop {
     state.at = at;
     if (!options_.checkpoint.empty()) save_checkpoint(network_, state, description(), options_.checkpoint);
   }
-  void resume() {
-    if (!options_.checkpoint.empty() && path_exists(options_.checkpoint))
-      load_checkpoint(network_, state, description(), options_.checkpoint);
+  /// Continues from the checkpoint. Returns false if there is none.
+  bool resume() {
+    if (options_.checkpoint.empty() || !path_exists(options_.checkpoint)) return false;
+    load_checkpoint(network_, state, description(), options_.checkpoint);
+    return true;
   }
 
   /// Describes everything that determines the bits, except samples of a function and callbacks.
@@ -246,7 +277,7 @@ FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& op
   std::ranges::sort(training);
   std::ranges::sort(validation);
   Fit fit(network, samples, options, std::move(training), std::move(validation));
-  fit.resume();
+  if (!fit.resume()) require_gradients(network);
   LoopPosition at = fit.state.at;
   FitLog log;
   log.finished = run(fit, at, options.epochs, fit.batches());

@@ -102,13 +102,16 @@ struct FitOptions {
   std::function<void(const FitEpoch&)> after_epoch = {};
 };
 
-/// Trains `network`. A network with the values of its constructor is initialised from the seed first. With a checkpoint
-/// the result has the bits of a training that was never stopped. Throws Error for options that contradict each other or
-/// the network, a loss or weight that is no longer finite, and what callbacks, samples, loss and optimiser throw; also
-/// for a checkpoint of another architecture, other frozen weights, other samples in memory or options. It does not
-/// compare callbacks, or the weights that are trained. After an Error the network has the weights of the last step, not
-/// their average or those of the best epoch. BatchNorm's statistics may include one more batch, and an optimiser that
-/// throws leaves its step half done.
+/// Trains `network`. A network with the values of its constructor is initialised from the seed first. Throws Error if
+/// only some weights were set, and two or more layers in a chain are still 0: no gradient reaches them, so call
+/// initialise() before setting weights. One layer of zeros is legal, such as the last one. A checkpoint of a finished
+/// fit replaces the network's weights, and fit() then trains no further. With a checkpoint the result has the bits of a
+/// training that was never stopped. Throws Error for options that contradict each other or the network, a loss or
+/// weight that is no longer finite, and what callbacks, samples, loss and optimiser throw; also for a checkpoint of
+/// another architecture, other frozen weights, other samples in memory or options. It does not compare callbacks, or
+/// the weights that are trained. After an Error the network has the weights of the last step, not their average or
+/// those of the best epoch. BatchNorm's statistics may include one more batch, and an optimiser that throws leaves its
+/// step half done.
 FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& options = {});
 
 /// Returns the outputs of samples that lie one after the other: output_shape().size() values each. For calls that
@@ -125,7 +128,8 @@ std::vector<float> input_gradient(const Network<float>& network, std::span<const
 /// Returns the mean loss of samples.
 double mean_loss(const Network<float>& network, const Samples& samples, const Loss& loss);
 /// Returns the fraction of samples whose largest output is that of the target, a class from 0. A sample with an output
-/// that is not finite counts as wrong. Throws Error for a target that is no class of the network.
+/// that is not finite counts as wrong. Throws Error for a target that is no class of the network, and for a network
+/// whose outputs have rows or columns.
 double accuracy(const Network<float>& network, const Samples& samples);
 
 }  // namespace decid::nn

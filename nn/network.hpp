@@ -18,7 +18,7 @@ template <class T = float>
 class Network {
  public:
   /// `architecture`: one layer per line, or layers separated by ';'; comments go from # to the line's end (see
-  /// parse_layers). Throws Error naming the line that is wrong.
+  /// parse_layers). All weights are 0 until initialise() or nn::fit(). Throws Error naming the line that is wrong.
   Network(Shape input, const std::string& architecture);
 
   const Shape& input_shape() const { return input_shape_; }

@@ -96,7 +96,7 @@ void write_network(const Network<float>& network, const std::string& path) {
 }
 
 Network<float> read_network(const std::string& path) {
-  TensorFile file = from_safetensors(read_file(path), path);
+  TensorFile file = from_safetensors(read_file(path, max_own_file_bytes), path);
   const auto hash = file.metadata.find(content_hash_key);
   if (hash != file.metadata.end() && hash->second != content_sha256(file))
     throw Error(Code::file_damaged, path, "is damaged: its content is not that of its hash", "give a whole copy");

@@ -89,24 +89,40 @@ Json parse_header(std::string_view text, const std::function<void(const std::str
   return header;
 }
 
+/// Returns the tensor at a place; throws Error for one behind the last, which was not found, or of another size.
+const NamedTensor& tensor_at(const TensorFile& file, std::size_t place, const std::string& name, std::size_t count,
+                             const std::string& where) {
+  if (place >= file.tensors.size()) {
+    for (const std::string& other : file.skipped)
+      if (other.starts_with(name + " ("))
+        throw Error(Code::file_unsupported, where, "has a tensor of a type that no layer has: " + other,
+                    "store it as F32, F16 or BF16");
+    throw Error(Code::file_damaged, where, "holds no tensor '" + name + "'",
+                "give a model file written by this version of decid");
+  }
+  const NamedTensor& found = file.tensors[place];
+  if (found.values.size() != count)
+    throw Error(Code::file_damaged, where,
+                "has " + std::to_string(found.values.size()) + " values in '" + name +
+                    "' where the architecture needs " + std::to_string(count),
+                "give a model file that was not edited");
+  return found;
+}
+
 }  // namespace
 
 const NamedTensor& TensorFile::find(const std::string& name, std::size_t count, const std::string& where) const {
-  const auto it = std::find_if(tensors.begin(), tensors.end(), [&](const NamedTensor& t) { return t.name == name; });
-  const auto other = std::find_if(skipped.begin(), skipped.end(),
-                                  [&](const std::string& text) { return text.starts_with(name + " ("); });
-  if (it == tensors.end() && other != skipped.end())
-    throw Error(Code::file_unsupported, where, "has a tensor of a type that no layer has: " + *other,
-                "store it as F32, F16 or BF16");
-  if (it == tensors.end())
-    throw Error(Code::file_damaged, where, "holds no tensor '" + name + "'",
-                "give a model file written by this version of decid");
-  if (it->values.size() != count)
-    throw Error(Code::file_damaged, where,
-                "has " + std::to_string(it->values.size()) + " values in '" + name + "' where the architecture needs " +
-                    std::to_string(count),
-                "give a model file that was not edited");
-  return *it;
+  const auto it = std::ranges::find(tensors, name, &NamedTensor::name);
+  return tensor_at(*this, static_cast<std::size_t>(it - tensors.begin()), name, count, where);
+}
+
+TensorIndex::TensorIndex(const TensorFile& file) : file_(file) {
+  for (std::size_t i = 0; i < file.tensors.size(); ++i) places_.emplace(file.tensors[i].name, i);
+}
+
+const NamedTensor& TensorIndex::find(const std::string& name, std::size_t count, const std::string& where) const {
+  const auto it = places_.find(name);
+  return tensor_at(file_, it == places_.end() ? file_.tensors.size() : it->second, name, count, where);
 }
 
 std::string content_sha256(const TensorFile& file) {
@@ -254,9 +270,10 @@ void load_network(Network<float>& network, TensorFile&& file, const std::string&
   // All is checked before anything is changed.
   std::vector<std::pair<NamedTensor*, std::vector<float>*>> pairs;
   std::vector<NamedTensor*> found;
+  const TensorIndex index_of(file);
   const auto checked = [&](const std::string& name, const std::vector<int>& shape, std::size_t count,
                            bool never_negative = false) -> NamedTensor& {
-    NamedTensor& t = file.find(name, count, where);
+    auto& t = const_cast<NamedTensor&>(index_of.find(name, count, where));  // file is not const
     if (!std::equal(t.shape.begin(), t.shape.end(), shape.begin(), shape.end()))
       throw Error(Code::file_damaged, where, "has another shape for '" + name + "' than the architecture",
                   "give a model file that was not edited");

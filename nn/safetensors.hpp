@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -30,6 +31,18 @@ struct TensorFile {
   NamedTensor& find(const std::string& name, std::size_t count, const std::string& where) {
     return const_cast<NamedTensor&>(std::as_const(*this).find(name, count, where));
   }
+};
+
+/// Finds the tensors of a file by name, for many of them. The file must outlive it, and keep its tensors.
+class TensorIndex {
+ public:
+  explicit TensorIndex(const TensorFile& file);
+  /// As TensorFile::find().
+  const NamedTensor& find(const std::string& name, std::size_t count, const std::string& where) const;
+
+ private:
+  const TensorFile& file_;
+  std::unordered_map<std::string_view, std::size_t> places_;
 };
 
 /// The key of the metadata that holds content_sha256.

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/files/file.hpp"
 #include "base/text.hpp"
 
 namespace decid {
@@ -27,10 +28,15 @@ namespace {
                        : "check the disk and its mount, then run the same command again");
 }
 
+std::filesystem::path required(std::filesystem::path path) {
+  require_path(path);
+  return path;
+}
+
 }  // namespace
 
 DiskFile::DiskFile(std::filesystem::path path, Access access)
-    : path_(std::move(path)),
+    : path_(required(std::move(path))),
       descriptor_(::open(path_.c_str(), (access == Access::read ? O_RDONLY : O_RDWR | O_CREAT) | O_CLOEXEC, 0666)) {
   if (descriptor_ >= 0) return;
   const int error = errno;

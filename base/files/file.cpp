@@ -119,7 +119,15 @@ fs::path create_temporary(const fs::path& target) {
 
 }  // namespace
 
+void require_path(const fs::path& path) {
+  const std::size_t zero = path.native().find('\0');
+  if (zero == std::string::npos) return;
+  throw Error(Code::setting_malformed, path.native().substr(0, zero) + "\\0", "is a path with a zero byte",
+              "give a path without it");
+}
+
 bool path_exists(const fs::path& path) {
+  require_path(path);
   std::error_code error;
   const bool exists = fs::exists(path, error);
   if (error)
@@ -129,6 +137,11 @@ bool path_exists(const fs::path& path) {
 }
 
 std::string read_file(const fs::path& path, std::uint64_t limit_bytes) {
+  require_path(path);
+  const auto refuse_size = [&] {
+    throw Error(Code::file_too_large, path.string(), "is larger than " + std::to_string(limit_bytes) + " bytes",
+                "check that it is the right file");
+  };
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.is_open()) {
     throw Error(opening_failed(errno), path.string(), "cannot be opened: " + errno_text(errno),
@@ -142,6 +155,7 @@ std::string read_file(const fs::path& path, std::uint64_t limit_bytes) {
   // one byte to detect the end.
   constexpr std::size_t piece = std::size_t{1} << 16;
   const auto expected = static_cast<std::size_t>(std::max<off_t>(status.st_size, 0));
+  if (S_ISREG(status.st_mode) && expected > limit_bytes) refuse_size();
   const std::uint64_t first =
       std::min<std::uint64_t>(std::max(expected + 1, piece), std::max<std::uint64_t>(limit_bytes, 1));
   std::string content(static_cast<std::size_t>(first), '\0');
@@ -155,10 +169,7 @@ std::string read_file(const fs::path& path, std::uint64_t limit_bytes) {
                   "check the disk and its mount");
     if (count == 0) break;
     length += static_cast<std::size_t>(count);
-    if (length > limit_bytes) {
-      throw Error(Code::file_too_large, path.string(), "is larger than " + std::to_string(limit_bytes) + " bytes",
-                  "check that it is the right file");
-    }
+    if (length > limit_bytes) refuse_size();
   }
   content.resize(length);
   return content;
@@ -177,6 +188,7 @@ void write_file(const fs::path& path, std::string_view content) {
 }
 
 PendingFile::PendingFile(fs::path target) : target_(std::move(target)) {
+  require_path(target_);
   Target resolved = resolve(target_);
   target_ = std::move(resolved.path);
   committed_ = resolved.direct;

@@ -8,6 +8,13 @@
 
 namespace decid {
 
+/// The size limit of files that decid writes itself: models, networks, checkpoints.
+inline constexpr std::uint64_t max_own_file_bytes = std::uint64_t{1} << 36;
+
+/// Throws Error for a path with a zero byte, where the system would cut it off. The functions here and DiskFile call
+/// it.
+void require_path(const std::filesystem::path& path);
+
 /// Returns true if there is a file or folder at a path. Throws Error if the system cannot tell, as for a folder that
 /// must not be read.
 bool path_exists(const std::filesystem::path& path);

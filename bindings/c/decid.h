@@ -346,7 +346,7 @@ typedef struct decid_sampling {
 } decid_sampling;
 
 DECID_API void decid_result_free(decid_result* result);
-DECID_API decid_trust decid_result_trust(const decid_result* result);
+DECID_API decid_trust decid_result_trust(const decid_result* result); /* of NULL: DECID_NOT_USABLE */
 DECID_API size_t decid_result_parameters(const decid_result* result);
 /* A fit's parameters are followed by three more quantities: sensor_noise_deg, start_s and gain. */
 DECID_API size_t decid_result_quantities(const decid_result* result);
@@ -427,7 +427,7 @@ DECID_API const int32_t* decid_dataset_group(const decid_dataset* dataset);     
 DECID_API const uint8_t* decid_dataset_split(const decid_dataset* dataset);     /* 0 training, 1 validation */
 /* trials x samples, rad; NULL if it stays on disk. */
 DECID_API const float* decid_dataset_sway(const decid_dataset* dataset);
-/* Copies the sway of trials first .. first + trials - 1, rad. */
+/* Copies the sway of trials first .. first + trials - 1, rad. If it fails, it may have written some of the rows. */
 DECID_API decid_status decid_dataset_copy_sway(const decid_dataset* dataset, size_t first, size_t trials,
                                                float* sway_rad);
 

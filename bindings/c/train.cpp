@@ -11,6 +11,17 @@ using namespace decid::c;
 
 namespace {
 
+// The ranges are those of decid train.
+void require(bool holds, const char* what, const char* remedy) {
+  if (!holds) throw decid::Error(decid::Code::setting_out_of_range, "decid_train", what, remedy);
+}
+
+void require_stream(const decid_train_options& asked) {
+  require(asked.stream_trials >= 16 && asked.stream_trials <= 100'000'000, "stream_trials", "give 16 to 100,000,000");
+  require(asked.validation_trials >= 1 && asked.validation_trials <= 1'000'000, "validation_trials",
+          "give 1 to 1,000,000");
+}
+
 decid::TrainingSettings settings_of(const decid_train_options& asked, const decid::dataset::TrialSource& source,
                                     bool stream) {
   decid::TrainingSettings settings;
@@ -24,10 +35,6 @@ decid::TrainingSettings settings_of(const decid_train_options& asked, const deci
   if (asked.learning_rate != 0.0) preset.learning_rate = asked.learning_rate;
   if (asked.momentum != -1.0) preset.sgd.momentum = asked.momentum;
   if (asked.weight_decay != -1.0) preset.sgd.weight_decay = asked.weight_decay;
-  // The ranges of decid train.
-  const auto require = [](bool holds, const char* what, const char* remedy) {
-    if (!holds) throw decid::Error(decid::Code::setting_out_of_range, "decid_train", what, remedy);
-  };
   require(preset.epochs >= 1 && preset.epochs <= 1'000'000, "epochs", "give 1 to 1,000,000");
   require(preset.batch >= 1 && preset.batch <= 4096, "batch", "give 1 to 4096 samples a step");
   require(preset.learning_rate >= 1e-12 && preset.learning_rate <= 1e3, "learning_rate", "give 1e-12 to 1000");
@@ -116,6 +123,7 @@ decid_status decid_train(const decid_dataset* dataset, const decid_protocol* pro
       throw decid::Error(decid::Code::setting_missing, where, "needs trials",
                          "give a data set or a protocol, one of the two");
     const bool stream = protocol != nullptr;
+    if (stream) require_stream(asked);
     const auto source = stream ? decid::dataset::stream_source(protocol->protocol(), asked.seed, asked.stream_trials,
                                                                asked.validation_trials)
                                : decid::dataset::stored_source(dataset->data);

@@ -105,8 +105,8 @@ struct ModelFile {
     model.rows.mean = content.find("image.row_mean", rows, where).values;
     model.rows.stddev = content.find("image.row_deviation", rows, where).values;
     for (std::size_t i = 0; i < rows; ++i)
-      if (!std::isfinite(model.rows.mean[i]) || !(model.rows.stddev[i] > 0))
-        refuse_damaged("has an image scaling that is not positive");
+      if (!std::isfinite(model.rows.mean[i]) || !(model.rows.stddev[i] > 0) || !std::isnormal(model.rows.stddev[i]))
+        refuse_damaged("has an image scaling that is not positive, finite and normal");
   }
 
   void read_ood_detector(Model& model) {
@@ -224,7 +224,7 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
 }
 
 Model load_model(const std::filesystem::path& path) {
-  return model_from_bytes(read_file(path), path.string());
+  return model_from_bytes(read_file(path, max_own_file_bytes), path.string());
 }
 
 Model built_in_model() {

@@ -91,7 +91,7 @@ TrainingState state_from_bytes(const std::string& bytes, const std::string& name
 }
 
 TrainingState load_checkpoint(const std::string& path, const TrainingRequest& request) {
-  TrainingState state = state_from_bytes(read_file(path), path);
+  TrainingState state = state_from_bytes(read_file(path, max_own_file_bytes), path);
   if (const std::string differs = what_differs(state.model, request); !differs.empty())
     throw Error(Code::file_differs, path, "is of an unfinished training " + differs,
                 "give the options it was begun with, " + resume_hint(state.model, request) + "choose another " +

@@ -15,6 +15,7 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "nn/kernels/kernels.hpp"
+#include "nn/training/detail/classes.hpp"
 
 namespace decid::nn {
 namespace {
@@ -57,6 +58,7 @@ class CrossEntropy final : public Loss {
     return log(sum) - (output[own] - largest);
   }
   int targets(int) const override { return 1; }
+  void require(const Shape& output) const override { require_classes(output, "cross-entropy"); }
   std::string text() const override { return "cross-entropy"; }
 };
 
@@ -93,6 +95,8 @@ void for_each_place(const TensorView<T>& tensor, int block, const Body& body) {
 }
 
 }  // namespace
+
+void Loss::require(const Shape&) const {}
 
 void Loss::batch(std::span<const double> outputs, std::span<const double> targets, std::span<double> losses,
                  std::span<double> diffs) const {
@@ -140,6 +144,7 @@ double total_loss(const Loss& loss, const std::type_identity_t<TensorView<const 
   const auto outputs = static_cast<std::size_t>(output.shape().size());
   const auto width = static_cast<std::size_t>(loss.targets(output.shape().size()));
   const int batch = output.batch();
+  loss.require(output.shape());
   if (diff.shape() != output.shape() || diff.batch() != batch)
     throw Error(Code::size_mismatch, loss.text(), "has derivatives of another shape than the outputs",
                 "give a tensor of the same shape");

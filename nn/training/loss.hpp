@@ -26,6 +26,8 @@ class Loss {
                      std::span<double> diffs) const;
   /// Returns how many values a sample's target has if the network has `outputs`.
   virtual int targets(int outputs) const { return outputs; }
+  /// Throws Error for outputs of a shape that the loss does not take; the default takes any.
+  virtual void require(const Shape& output) const;
   /// Returns the name with its settings, by which a checkpoint is compared.
   virtual std::string text() const = 0;
 };
@@ -41,8 +43,8 @@ class BatchLoss : public Loss {
 /// Returns the mean over outputs of (output - target)^2.
 std::shared_ptr<const Loss> squared_error();
 /// Returns -log of the target's class in softmax(output), with decid's own exp and log: the same bits everywhere. The
-/// target is one value, the number of the class from 0; sample() throws Error for any other. NaN if an output is not
-/// finite.
+/// target is one value, the number of the class from 0; sample() throws Error for any other, and require() for outputs
+/// with rows or columns. NaN if an output is not finite.
 std::shared_ptr<const Loss> cross_entropy();
 /// Returns the mean over outputs of e^2 / 2 for |e| <= delta, else delta (|e| - delta / 2), e = output - target. Huber,
 /// "Robust estimation of a location parameter", 1964. Throws Error unless delta > 0.

@@ -10,7 +10,7 @@ namespace {
 /// Returns nothing if the file is not safetensors.
 std::optional<nn::TensorFile> tensors_of(const std::string& path) {
   try {
-    return nn::from_safetensors(read_file(path), path);
+    return nn::from_safetensors(read_file(path, max_own_file_bytes), path);
   } catch (const Error&) {
     return std::nullopt;
   }

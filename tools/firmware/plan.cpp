@@ -48,6 +48,7 @@ class Chain {
     add(join.concatenates ? Kind::concat : Kind::add, join.dst()).kept = kept_.back();
     kept_.pop_back();
   }
+  bool is_empty() const { return layers_.empty(); }
   std::vector<FirmwareLayer> layers() && { return std::move(layers_); }
   const std::vector<nn::Shape>& shapes() const { return shapes_; }
 
@@ -175,6 +176,7 @@ Chain chain_of(const nn::Inference<float>& inference) {
     finished.rectifies = step.relu;
     if (step.pool) add_pool(chain, *step.pool);
   }
+  if (chain.is_empty()) chain.to_finish();  // dropout alone; C has no arrays of size zero
   return chain;
 }
 

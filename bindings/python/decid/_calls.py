@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _decid
-from ._checks import body_of, error as _error, flag, number, number_or, numbers_of, pairs_of, positive_or_0, seed_of, whole, words
+from ._checks import (body_of, error as _error, flag, function_or_none, number, number_or, numbers_of, pairs_of, path_of, path_or_none, positive_or_0, seed_of,
+                      whole, words, words_or_none)
 from ._network import Model, Protocol, as_model, as_protocol
 from ._results import Evaluation, Fit, Notice, Result, Study, result_of
 
@@ -24,14 +25,14 @@ _SPLITS = {"all": 0, "training": 1, "validation": 2}
 
 
 def _number_of(choices: dict[Any, int], value: Any, where: str) -> int:
-    if value not in choices:
+    if not isinstance(value, (str, type(None))) or value not in choices:
         names = ", ".join(repr(name) for name in choices if name is not None)
         raise _error("setting_unknown", where, f"{value!r} is none of its values", f"give one of {names}")
     return choices[value]
 
 
-def _text_of(name: Union[str, int, None]) -> Optional[str]:
-    return None if name is None else str(name)
+def _text_of(name: Union[str, int, None], where: str) -> Optional[str]:
+    return None if name is None else words(str(name), where)
 
 
 def _angle_of(unit: Optional[str], name: str) -> int:
@@ -139,12 +140,13 @@ def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] =
         raise _error("setting_out_of_range", "fill_gaps", f"is {longest:g} s", "give 0 to 60 s")
     recording = Recording.__new__(Recording)
     recording._handle = _decid.read_recording(
-        os.fsencode(path), _text_of(column), _number_of(_UNITS, unit, "unit"), positive_or_0(rate, "rate", "Hz"),
-        longest, _text_of(tilt_column), _angle_of(tilt_unit, "tilt_unit"),
+        path_of(path, "path"), _text_of(column, "column"), _number_of(_UNITS, unit, "unit"), positive_or_0(rate, "rate", "Hz"),
+        longest, _text_of(tilt_column, "tilt_column"), _angle_of(tilt_unit, "tilt_unit"),
         flag(invert_sway, "invert_sway"), flag(invert_tilt, "invert_tilt"),
         -1 if skip_lines is None else whole(skip_lines, "skip_lines", 0), positive_or_0(com_height, "com_height", "m"),
-        positive_or_0(height, "height", "m"), tuple(map(_text_of, (leg, trunk, hip, shoulder, ankle))), _text_of(section),
-        _text_of(trial_column), _text_of(trial), None if missing is None else number(missing, "missing"),
+        positive_or_0(height, "height", "m"),
+        (_text_of(leg, "leg"), _text_of(trunk, "trunk"), _text_of(hip, "hip"), _text_of(shoulder, "shoulder"), _text_of(ankle, "ankle")),
+        _text_of(section, "section"), _text_of(trial_column, "trial_column"), _text_of(trial, "trial"), None if missing is None else number(missing, "missing"),
         flag(mean_is_upright, "mean_is_upright"))
     return recording
 
@@ -155,8 +157,8 @@ def trial_names(path: Path, trial_column: Union[str, int], *, skip_lines: Option
 
         for name in decid.trial_names("long.csv", "subject,trial"):
             decid.identify(decid.read("long.csv", trial_column="subject,trial", trial=name))"""
-    return _decid.trial_names(os.fsencode(path), _text_of(trial_column), -1 if skip_lines is None else whole(skip_lines, "skip_lines", 0),
-                              _text_of(section))
+    return _decid.trial_names(path_of(path, "path"), _text_of(trial_column, "trial_column"), -1 if skip_lines is None else whole(skip_lines, "skip_lines", 0),
+                              _text_of(section, "section"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,7 +272,7 @@ def _priors_of(ranges: Optional[Mapping[str, Tuple[float, float]]],
 def _list_of(names: Union[str, Iterable[str], None], where: str) -> Optional[str]:
     """Names separated by commas, as C has them; None for none."""
     if names is None or isinstance(names, str):
-        return names or None
+        return words(names or "", where) or None
     if not isinstance(names, Iterable):
         raise _error("setting_malformed", where, f"is {names!r}", "give a list of texts")
     return ",".join(words(name, where) for name in names) or None
@@ -306,7 +308,7 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
                      None if played is None else played._handle, number(prior_start, "prior_start"),
                      number(prior_gain, "prior_gain"), number(prior_noise, "prior_noise"), whole(max_draws, "max_draws", 8),
                      seed_of(seed), flag(moved_before, "moved_before"), _priors_of(ranges, priors),
-                     _list_of(controllers, "controllers"), progress)
+                     _list_of(controllers, "controllers"), function_or_none(progress, "progress"))
     found = result_of(raw)
     assert isinstance(found, Fit)
     return found
@@ -326,9 +328,9 @@ def study(sheet: Path, *, group: bool = False, within: Union[str, Sequence[str]]
     the same text in this column, such as "participant_id". free: parameters that then differ between the texts of another
     column, such as "theta,Nv:condition". max_draws, seed, controllers, progress: as in fit(), for fit=True; several controllers
     do not go with joint."""
-    text = _decid.study(as_model(model)._handle, os.fsencode(sheet), flag(group, "group"), _list_of(within, "within"),
-                        _list_of(covariates, "covariates"), flag(fit, "fit"), joint, free, whole(max_draws, "max_draws", 8), seed_of(seed),
-                        _list_of(controllers, "controllers"), progress)
+    text = _decid.study(as_model(model)._handle, path_of(sheet, "sheet"), flag(group, "group"), _list_of(within, "within"),
+                        _list_of(covariates, "covariates"), flag(fit, "fit"), words_or_none(joint, "joint"), words_or_none(free, "free"),
+                        whole(max_draws, "max_draws", 8), seed_of(seed), _list_of(controllers, "controllers"), function_or_none(progress, "progress"))
     return Study(text)
 
 
@@ -344,16 +346,16 @@ class Dataset:
         """Simulates valid trials, as `decid dataset` does. base: number of trials drawn from the ranges; the rest are
         children of large sways; 0: all. path: write to this .npz file, for sets that memory does not hold."""
         return cls(_decid.make_dataset(as_protocol(protocol)._handle, whole(count, "count"), whole(base, "base"), seed_of(seed),
-                                       None if path is None else os.fsencode(path), progress))
+                                       path_or_none(path, "path"), function_or_none(progress, "progress")))
 
     @classmethod
     def read(cls, path: Path) -> Dataset:
         """Opens an .npz file that decid has written. Its sway stays on disk."""
-        return cls(_decid.read_dataset(os.fsencode(path)))
+        return cls(_decid.read_dataset(path_of(path, "path")))
 
     def write(self, path: Path) -> None:
         """Writes a data set in memory as an .npz file, completely or not at all; numpy.load opens it."""
-        self._handle.write(os.fsencode(path))
+        self._handle.write(path_of(path, "path"))
 
     def __len__(self) -> int:
         return self._handle.trials
@@ -411,6 +413,13 @@ class Epoch:
     learning_rate: float
 
 
+def _json_of(image: Any) -> str:
+    try:
+        return json.dumps(image)
+    except (TypeError, ValueError):
+        raise _error("setting_malformed", "image", f"is {image!r}", "give a dictionary of numbers and texts") from None
+
+
 def train(data: Union[Dataset, Protocol, Path], *, preset: str = "best", architecture: Optional[str] = None,
           head: Optional[str] = None, image: Optional[dict[str, Any]] = None, schedule: Optional[str] = None,
           epochs: Optional[int] = None, batch: Optional[int] = None, learning_rate: Optional[float] = None,
@@ -439,12 +448,15 @@ def train(data: Union[Dataset, Protocol, Path], *, preset: str = "best", archite
             raise _error("setting_out_of_range", name, f"is {value}", f"give {least} or more")
         return value
 
-    if isinstance(data, (str, bytes, os.PathLike)) and os.fsencode(data).endswith(b".npz"):
+    function_or_none(on_batch, "on_batch")
+    function_or_none(on_epoch, "on_epoch")
+    if isinstance(data, (str, bytes, os.PathLike)) and path_of(data, "data").endswith(b".npz"):
         data = Dataset.read(data)
     dataset = data._handle if isinstance(data, Dataset) else None
     protocol = None if isinstance(data, Dataset) else as_protocol(data)._handle
     return Model._of(_decid.train(
-        dataset, protocol, preset, architecture, head, None if image is None else json.dumps(image), schedule,
+        dataset, protocol, words(preset, "preset"), words_or_none(architecture, "architecture"), words_or_none(head, "head"),
+        None if image is None else _json_of(image), words_or_none(schedule, "schedule"),
         or_presets(epochs, 0, 1, "epochs"), or_presets(batch, 0, 1, "batch"),
         or_presets(learning_rate, 0.0, 1e-12, "learning_rate"), or_presets(momentum, -1.0, 0.0, "momentum"),
         or_presets(weight_decay, -1.0, 0.0, "weight_decay"), seed_of(seed), whole(patience, "patience"),

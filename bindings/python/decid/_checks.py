@@ -2,7 +2,8 @@
 from __future__ import annotations
 
 import operator
-from typing import Any, Mapping, Optional, Tuple
+import os
+from typing import Any, Callable, Mapping, Optional, Tuple
 
 import numpy as np
 
@@ -13,6 +14,13 @@ def error(code: str, where: str, problem: str, remedy: str) -> _decid.Error:
     made = _decid.Error(f"{where}: {problem}; {remedy}")
     made.code, made.where, made.problem, made.remedy = code, where, problem, remedy
     return made
+
+
+def _shown(value: Any) -> str:
+    try:
+        return repr(value)
+    except ValueError:  # Python shows no integer of more than 4300 digits
+        return "an integer of very many digits"
 
 
 def numbers_of(values: Any, name: str, dtype: Any = np.float64) -> np.ndarray:
@@ -28,7 +36,7 @@ def numbers_of(values: Any, name: str, dtype: Any = np.float64) -> np.ndarray:
         if times:
             raise error("value_invalid", name, "has dates or times", "give numbers")
         return np.asarray(values, dtype=dtype)
-    except (TypeError, ValueError) as raised:
+    except (TypeError, ValueError, OverflowError) as raised:
         if isinstance(raised, _decid.Error):
             raise
         raise error("value_invalid", name, "is not an array of numbers", "give numbers") from None
@@ -41,7 +49,7 @@ def number(value: Any, name: str) -> float:
             raise TypeError
         found = float(value)
     except (TypeError, ValueError, OverflowError):
-        raise error("setting_malformed", name, f"is {value!r}", "give a number") from None
+        raise error("setting_malformed", name, f"is {_shown(value)}", "give a number") from None
     if np.isnan(found):
         raise error("setting_out_of_range", name, "is NaN", "give a number")
     return found
@@ -66,7 +74,7 @@ def whole(value: Any, name: str, low: int = -2**31, high: int = 2**31 - 1) -> in
     except TypeError:
         raise error("setting_malformed", name, f"is {value!r}", "give a whole number") from None
     if not low <= found <= high:
-        raise error("setting_out_of_range", name, f"is {found}", f"give a whole number from {low} to {high}")
+        raise error("setting_out_of_range", name, f"is {_shown(found)}", f"give a whole number from {low} to {high}")
     return found
 
 
@@ -82,9 +90,41 @@ def flag(value: Any, name: str) -> bool:
 
 
 def words(value: Any, name: str) -> str:
+    """A text that C can have: without NUL, where it would end, and without single surrogates, which UTF-8 does not have."""
     if not isinstance(value, str):
-        raise error("setting_malformed", name, f"is {value!r}", "give a text")
+        raise error("setting_malformed", name, f"is {_shown(value)}", "give a text")
+    if "\0" in value or any("\ud800" <= character <= "\udfff" for character in value):
+        raise error("setting_malformed", name, f"is {value!r}", "give a text without NUL and surrogates")
     return value
+
+
+def words_or_none(value: Any, name: str) -> Optional[str]:
+    return None if value is None else words(value, name)
+
+
+def path_of(value: Any, name: str) -> bytes:
+    """A path's bytes. Surrogates of os.fsdecode() are bytes of names that are not UTF-8."""
+    try:
+        found = os.fsencode(value)
+    except (TypeError, UnicodeError):
+        raise error("setting_malformed", name, f"is {_shown(value)}", "give a path") from None
+    if b"\0" in found:
+        raise error("setting_malformed", name, f"is {value!r}", "give a path without NUL")
+    return found
+
+
+def path_or_none(value: Any, name: str) -> Optional[bytes]:
+    return None if value is None else path_of(value, name)
+
+
+def function(given: Any, name: str) -> Callable[..., Any]:
+    if not callable(given):
+        raise error("setting_malformed", name, f"has a {type(given).__name__} instead of a function", "give a function")
+    return given
+
+
+def function_or_none(given: Any, name: str) -> Optional[Callable[..., Any]]:
+    return None if given is None else function(given, name)
 
 
 def body_of(mass: Optional[float], height: Optional[float]) -> Tuple[float, float]:
@@ -105,7 +145,9 @@ def pairs_of(pairs: Optional[Mapping[str, Tuple[float, float]]], name: str, mean
     for parameter, pair in pairs.items():
         try:
             first, second = pair
-            found[str(parameter)] = number(first, name), number(second, name)
-        except (TypeError, ValueError):
+            found[words(str(parameter), name)] = number(first, name), number(second, name)
+        except (TypeError, ValueError) as raised:
+            if isinstance(raised, _decid.Error):
+                raise
             raise error("setting_malformed", name, f"has {pair!r} for {parameter!r}", f"give two numbers, {meaning}") from None
     return found

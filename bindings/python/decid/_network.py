@@ -12,6 +12,7 @@ from typing import Any, Optional, Union
 import numpy as np
 
 from . import _decid, _tables
+from ._checks import path_of, path_or_none, words_or_none
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Protocol:
 
     def __init__(self, name_or_path: Union[str, bytes, os.PathLike[str], os.PathLike[bytes]] = "default", controller: Optional[str] = None) -> None:
         """controller: a name of decid.controllers(); None: the protocol's own. It determines the parameters."""
-        self._handle = _decid.load_protocol(os.fsencode(name_or_path), controller)
+        self._handle = _decid.load_protocol(path_of(name_or_path, "protocol"), words_or_none(controller, "controller"))
 
     @classmethod
     def _of(cls, handle: _decid.Protocol) -> Protocol:
@@ -129,7 +130,7 @@ class Model:
     threads may share it."""
 
     def __init__(self, path: Union[str, bytes, os.PathLike[str], os.PathLike[bytes], None] = None) -> None:
-        self._handle = _decid.load_model(None if path is None else os.fsencode(path))
+        self._handle = _decid.load_model(path_or_none(path, "path"))
 
     @classmethod
     def _of(cls, handle: _decid.Model) -> Model:
@@ -158,7 +159,7 @@ class Model:
 
     def save(self, path: Union[str, bytes, os.PathLike[str], os.PathLike[bytes]]) -> None:
         """Writes the model file, completely or not at all."""
-        self._handle.save(os.fsencode(path))
+        self._handle.save(path_of(path, "path"))
 
     def __reduce__(self) -> tuple[Any, ...]:
         with tempfile.TemporaryDirectory() as folder:

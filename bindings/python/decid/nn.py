@@ -18,14 +18,14 @@ decid.Error; only the functions that fit() calls may read it. Different networks
 """
 from dataclasses import dataclass
 from functools import partial
-from os import PathLike, fsencode
+from os import PathLike
 from types import MappingProxyType
 from typing import Any, Callable, Mapping, Optional, Tuple, Union
 
 import numpy as np
 
 from . import _nn
-from ._checks import error, number, numbers_of, seed_of, whole, words
+from ._checks import error, function, function_or_none, number, numbers_of, path_of, seed_of, whole, words
 from ._decid import Error
 from ._nn import Random
 
@@ -76,7 +76,7 @@ class Network:
     """A chain of layers from a text, one layer per line or separated by ';'."""
 
     def __init__(self, input_shape, architecture: str):
-        """input_shape: (channels, rows, columns)."""
+        """input_shape: (channels, rows, columns). All weights are 0 until initialise() or fit()."""
         shape = _extents(input_shape, "input_shape", 1)
         if len(shape) != 3:
             raise error("setting_malformed", "input_shape", f"is {input_shape!r}", "give channels, rows and columns")
@@ -105,7 +105,8 @@ class Network:
         return MappingProxyType(self._network.tensors)
 
     def initialise(self, seed: int = 1) -> None:
-        """Draws new weights (He et al., 2015). fit() does this for a network that was never trained or changed."""
+        """Draws new weights (He et al., 2015). fit() does this for a network that was never trained or changed. Call it before
+        you set the weights of some layers: fit() refuses a network in which two layers in a chain are still 0."""
         self._network.initialise(seed_of(seed))
 
     def fit(self, inputs, targets=None, *, loss: Union[str, Callable[[np.ndarray, np.ndarray], Tuple[Any, Any]]] = "squared-error",
@@ -119,13 +120,15 @@ class Network:
         returns the mean of the samples' losses, or each sample's, and the derivatives of the mean by the outputs.
         optimiser: "adamw", "sgd" or "nesterov", then settings: "adamw weight_decay 0.05 beta2 0.99", "sgd momentum 0.8";
         or an Optimiser. validation: a fraction of the samples, a pair (inputs, targets), or Samples. checkpoint: a file from
-        which a stopped fit continues; one of another network, other arrays or options raises decid.Error. Functions are
+        which a stopped fit continues; that of a finished fit replaces the network's weights, and nothing more is trained. One of
+        another network, other arrays or options raises decid.Error. Functions are
         compared by their names, functools.partial also by its numbers and texts. callback: called after each epoch.
         nn/fit.hpp explains each option.
 
         An exception of one of these functions ends the training, and fit() raises it. Then the parameters are those of the
         last complete step, not of the best epoch or the average; BatchNorm's statistics may include one more batch."""
         fraction, samples = 0.0, None
+        function_or_none(callback, "callback")
         if isinstance(validation, Samples):
             samples = self._samples(validation, None, loss, "validation ")
         elif isinstance(validation, (tuple, list)):
@@ -138,7 +141,7 @@ class Network:
             self._samples(inputs, targets, loss, ""), _loss_of(loss), _optimiser_of(optimiser), whole(epochs, "epochs"),
             whole(batch, "batch"), number(learning_rate, "learning_rate"), words(schedule, "schedule"), number(warmup_epochs, "warmup_epochs"),
             number(clip_norm, "clip_norm"), number(average, "average"), whole(frozen_lines, "frozen_lines"), fraction,
-            samples, whole(patience, "patience"), seed_of(seed), fsencode(checkpoint),
+            samples, whole(patience, "patience"), seed_of(seed), path_of(checkpoint, "checkpoint"),
             None if callback is None else lambda *row: callback(Epoch(*row)))
         return Log([Epoch(*row) for row in rows], kept)
 
@@ -159,7 +162,7 @@ class Network:
         else:
             shape = _extents(inputs.target_shape, "target_shape", 0)
             self._refuse_other_axes(shape, loss, "target_shape")
-        return _nn.Samples(whole(inputs.count, "count", 1), _function(inputs.load, prefix + "samples"), list(shape))
+        return _nn.Samples(whole(inputs.count, "count", 1), function(inputs.load, prefix + "samples"), list(shape))
 
     def _refuse_other_axes(self, shape: Tuple[int, ...], loss: Any, name: str) -> None:
         """Raises an error for targets of decid's own losses whose axes have another order than the outputs'."""
@@ -188,7 +191,7 @@ class Network:
 
     def save(self, path: Union[str, bytes, PathLike]) -> None:
         """Writes a safetensors file, which decid info, decid export and nn::read_network read."""
-        self._network.save(fsencode(path))
+        self._network.save(path_of(path, "path"))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """For pickle and copy: the bytes of the file that save() writes."""
@@ -200,12 +203,6 @@ class Network:
 
 def _floats(values: Any, name: str) -> np.ndarray:
     return numbers_of(values, name, np.float32)
-
-
-def _function(given: Any, name: str) -> Callable[..., Any]:
-    if not callable(given):
-        raise error("setting_malformed", name, f"has a {type(given).__name__} instead of a function", "give a function")
-    return given
 
 
 def _extents(shape: Any, name: str, least: int) -> Tuple[int, ...]:
@@ -229,8 +226,8 @@ def _name_of(function: Callable[..., Any]) -> str:
 def _loss_of(loss: Any) -> Any:
     """A name, or a function whose results have the shapes that the engine takes, and its name."""
     if isinstance(loss, str):
-        return loss
-    _function(loss, "loss")
+        return words(loss, "loss")
+    function(loss, "loss")
 
     def call(outputs: np.ndarray, targets: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         shape, found = outputs.shape, loss(outputs, targets)
@@ -248,10 +245,10 @@ def _loss_of(loss: Any) -> Any:
 def _optimiser_of(optimiser: Any) -> Any:
     """A name, or a function, its name and the number of arrays that it keeps."""
     if isinstance(optimiser, str):
-        return optimiser
+        return words(optimiser, "optimiser")
     if not isinstance(optimiser, Optimiser):
         raise error("setting_malformed", "optimiser", f"is a {type(optimiser).__name__}", "give a name or an Optimiser")
-    return _function(optimiser.update, "optimiser"), _name_of(optimiser.update), whole(optimiser.memory, "memory", 0, 1000)
+    return function(optimiser.update, "optimiser"), _name_of(optimiser.update), whole(optimiser.memory, "memory", 0, 1000)
 
 
 def _of(handle: _nn.Network) -> Network:
@@ -266,4 +263,4 @@ def _of_bytes(content: bytes) -> Network:
 
 def load(path: Union[str, bytes, PathLike]) -> Network:
     """Returns the network of a file."""
-    return _of(_nn.load(fsencode(path)))
+    return _of(_nn.load(path_of(path, "path")))

@@ -93,7 +93,7 @@ void save_checkpoint(const Network<float>& network, const FitState& state, const
 
 void load_checkpoint(Network<float>& network, FitState& state, const std::string& description,
                      const std::string& path) {
-  TensorFile file = from_safetensors(read_file(path), path);
+  TensorFile file = from_safetensors(read_file(path, max_own_file_bytes), path);
   const auto text = [&](const std::string& key) {
     return file.metadata.contains(key) ? file.metadata.at(key) : std::string();
   };
@@ -109,10 +109,11 @@ void load_checkpoint(Network<float>& network, FitState& state, const std::string
                 "is of a fit with other samples or options: " + text(settings_key) + "; here " + description, remedy);
   FitState loaded = state;
   read_progress(text(progress_key), path, loaded);
+  const TensorIndex index(file);
   for (std::size_t kept = 0; kept < loaded.optimiser.memory.size(); ++kept)
     for (std::size_t k = 0; k < loaded.optimiser.memory[kept].size(); ++k) {
       std::vector<float>& values = loaded.optimiser.memory[kept][k];
-      values = file.find(memory_name(kept, k), values.size(), path).values;
+      values = index.find(memory_name(kept, k), values.size(), path).values;
     }
   if (loaded.average) loaded.average = added_network("average.", network, file, path);
   if (loaded.best_epoch > 0) loaded.best = added_network("best.", network, file, path);

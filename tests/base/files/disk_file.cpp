@@ -78,6 +78,10 @@ TEST_CASE("an unreadable file is an error with the reason") {
   const TemporaryFile temporary;
   check_error([&] { DiskFile(temporary.path, DiskFile::Access::read); }, decid::Code::file_missing);
   check_error([&] { DiskFile(temporary.path / "x", DiskFile::Access::write); }, decid::Code::file_unwritable);
+  for (const auto access : {DiskFile::Access::read, DiskFile::Access::write})
+    check_error([&] { DiskFile(temporary.path.native() + std::string("\0b", 2), access); },
+                decid::Code::setting_malformed);
+  CHECK_FALSE(std::filesystem::exists(temporary.path));
   check_error([&] { DiskFile("/", DiskFile::Access::write); }, decid::Code::file_unwritable);
   DiskFile(temporary.path, DiskFile::Access::write).write(0, "content");
   DiskFile reader(temporary.path, DiskFile::Access::read);

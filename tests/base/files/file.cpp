@@ -73,7 +73,21 @@ TEST_CASE("read_file: limits, a file of unknown size, errors") {
   check_error([&] { read_file("/dev/zero", 1'000'000); }, Code::file_too_large, "/dev/zero");
   CHECK(contains(read_file("/proc/self/status"), "Pid:"));
   check_error([&] { read_file(folder / "none"); }, Code::file_missing, (folder / "none").string());
+  write_file(folder / "large", "x");
+  fs::resize_file(folder / "large", decid::max_own_file_bytes + 1);  // without blocks on the disk
+  check_error([&] { read_file(folder / "large", decid::max_own_file_bytes); }, Code::file_too_large, "68719476736");
   check_error([&] { read_file(folder / ""); }, Code::file_unreadable, folder.path().string());
+}
+
+TEST_CASE("files: a path with a zero byte is refused, and no file of its beginning is written") {
+  const TemporaryFolder folder;
+  const fs::path path = folder / std::string("a\0b", 3);
+  check_error([&] { write_file(path, "x"); }, Code::setting_malformed, "zero byte");
+  check_error([&] { PendingFile pending(path); }, Code::setting_malformed);
+  CHECK(fs::is_empty(folder.path()));
+  write_file(folder / "a", "x");
+  check_error([&] { read_file(path); }, Code::setting_malformed);
+  check_error([&] { path_exists(path); }, Code::setting_malformed);
 }
 
 TEST_CASE("write_file: an output that cannot be opened is unwritable, not unreadable") {

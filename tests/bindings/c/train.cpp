@@ -143,6 +143,10 @@ TEST_CASE("training refuses settings that decid train refuses") {
   refuse([](auto& options) { options.weight_decay = 2.0; }, Code::setting_out_of_range, "weight_decay");
   refuse([](auto& options) { options.patience = -1; }, Code::setting_out_of_range);
   refuse([](auto& options) { options.stream_trials = 0; }, Code::setting_out_of_range);
+  for (const int trials : {15, 100'000'001})
+    refuse([=](auto& options) { options.stream_trials = trials; }, Code::setting_out_of_range, "stream_trials");
+  for (const int trials : {0, 1'000'001})
+    refuse([=](auto& options) { options.validation_trials = trials; }, Code::setting_out_of_range, "validation_trials");
   decid_train_options options = tiny();
   refused(decid_train(nullptr, nullptr, &options, &model), Code::setting_missing);
   CHECK(model == nullptr);

@@ -189,6 +189,54 @@ class Networks(unittest.TestCase):
                 call()
             self.assertEqual((raised.exception.code, raised.exception.where), (code, name))
 
+    def test_arguments_that_c_would_cut_or_not_take(self):
+        images, labels = data(30)
+        net = nn.Network((1, 6, 6), TEXT)
+        before = net.weights_sha256
+
+        def fit(**options):
+            return lambda: net.fit(images, labels, **{"loss": "cross-entropy", "epochs": 1, **options})
+
+        with tempfile.TemporaryDirectory() as folder:
+            cut = folder + "/a\0b"
+            for name, call in (
+                    ("path", lambda: net.save(cut)), ("path", lambda: net.save(cut.encode())), ("path", lambda: net.save(Path(cut))),
+                    ("path", lambda: net.save(None)), ("path", lambda: net.save(folder + "/\ud800")), ("path", lambda: nn.load(cut)),
+                    ("path", lambda: nn.load(3.5)), ("checkpoint", fit(checkpoint=cut)), ("checkpoint", fit(checkpoint=None)),
+                    ("architecture", lambda: nn.Network((1, 6, 6), "fc 3\0; fc 4")), ("architecture", lambda: nn.Network((1, 6, 6), "fc \udcff")),
+                    ("loss", fit(loss="cross-entropy\0")), ("loss", fit(loss="\udcff")), ("loss", fit(loss=3)),
+                    ("optimiser", fit(optimiser="adamw\0")), ("optimiser", fit(optimiser="\udcff")), ("schedule", fit(schedule="constant\0")),
+                    ("callback", fit(callback=3)), ("callback", fit(callback="print")), ("learning_rate", fit(learning_rate=10**400)),
+                    ("learning_rate", fit(learning_rate=10**5000)), ("validation", fit(validation=10**400))):
+                with self.subTest(name=name), self.assertRaises(decid.Error) as raised:
+                    call()
+                self.assertEqual((raised.exception.code, raised.exception.where), ("setting_malformed", name))
+            for name, call in (("inputs", lambda: net.predict([[10**400] * 36])), ("targets", lambda: net.fit(images, [10**400] * 30))):
+                with self.subTest(name=name), self.assertRaises(decid.Error) as raised:
+                    call()
+                self.assertEqual((raised.exception.code, raised.exception.where), ("value_invalid", name))
+            for epochs in (10**400, 10**5000):
+                with self.assertRaises(decid.Error) as raised:
+                    fit(epochs=epochs)()
+                self.assertEqual((raised.exception.code, raised.exception.where), ("setting_out_of_range", "epochs"))
+            self.assertEqual(os.listdir(folder), [])
+        self.assertEqual(net.weights_sha256, before)
+
+    def test_weights_set_in_some_layers_need_initialise(self):
+        images, labels = data(60)
+        copied = np.random.default_rng(1).normal(size=(4, 1, 3, 3))
+        text = "conv 4 3; relu; fc 5; relu; fc 3"
+        net = nn.Network((1, 6, 6), text)
+        net.tensors["layers.0.weight"][:] = copied
+        with self.assertRaises(decid.Error) as raised:
+            net.fit(images, labels, loss="cross-entropy", epochs=1)
+        self.assertEqual((raised.exception.code, raised.exception.where), ("setting_missing", "fit"))
+        net.initialise(2)
+        net.tensors["layers.0.weight"][:] = copied
+        before = net.tensors["layers.2.weight"].copy()
+        net.fit(images, labels, loss="cross-entropy", epochs=1)
+        self.assertTrue((net.tensors["layers.2.weight"] != before).any())
+
     def test_a_checkpoint_of_other_arrays_is_refused(self):
         images, labels = data(60)
         with tempfile.TemporaryDirectory() as folder:

@@ -558,6 +558,41 @@ class Refusals(WithFolder):
         for given in (path, str(path), os.fsencode(path)):
             np.testing.assert_array_equal(decid.read(given).sway, expected)
 
+    def test_texts_paths_and_functions_that_c_cannot_take(self):
+        sway = decid.simulate(seed=7).sway
+        cut, refused = str(self.folder / "a\0b"), lambda *given, **named: self.refused("setting_malformed", *given, **named)
+        model = decid.Model()
+        for path in (cut, os.fsencode(cut), "\ud800"):
+            for call in (decid.read, decid.identify, decid.study, decid.Model, decid.Protocol, decid.Dataset.read, decid.train, model.save):
+                refused(call, path)
+            refused(decid.trial_names, path, "subject")
+            refused(decid.Dataset.make, 20, path=path)
+        self.assertEqual(list(self.folder.iterdir()), [])
+        for call in (decid.read, decid.study, decid.Protocol, decid.Dataset.read, decid.train, model.save):
+            refused(call, None)
+        recording = self.trial()
+        for text in ("x\0y", "\udcff"):
+            for name in ("column", "tilt_column", "section", "trial_column", "trial", "leg", "hip"):
+                refused(decid.read, recording, **{name: text})
+            refused(decid.Protocol, "default", text)
+            refused(decid.simulate, controller=text)
+            refused(decid.fit, sway, 100, "rad", controllers=text)
+            refused(decid.fit, sway, 100, "rad", controllers=[text])
+            refused(decid.fit, sway, 100, "rad", ranges={text: (0, 1)})
+            for name in ("joint", "free", "within", "covariates"):
+                refused(decid.study, "no.tsv", **{name: text})
+            for name in ("preset", "architecture", "head", "schedule"):
+                refused(decid.train, "default", **{name: text})
+        self.refused("setting_unknown", decid.identify, sway, 100, ["deg"])
+        for number in (10**400, 10**5000):
+            refused(decid.identify, sway, 100, "rad", mass=number, height=1.8)
+            self.refused("value_invalid", decid.identify, [number] * 12000, 100, "rad")
+        refused(decid.fit, sway, 100, "rad", progress=3)
+        refused(decid.study, "no.tsv", progress=3)
+        refused(decid.Dataset.make, 20, progress=3)
+        refused(decid.train, "default", on_batch=3)
+        refused(decid.train, "default", on_epoch="print")
+
     def test_bad_input(self):
         sway = decid.simulate(seed=7).sway
         self.refused("file_missing", decid.read, "no.csv")

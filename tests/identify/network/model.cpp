@@ -154,7 +154,9 @@ TEST_CASE("a model file whose parts do not stand is refused, each with its reaso
       targets["deviation"][3] = stddev;
       file.metadata["targets"] = targets.dump();
     });
-  refused("image scaling that is not positive", [&](auto& file) { tensor(file, "image.row_deviation")[5] = 0.0F; });
+  using Limits = std::numeric_limits<float>;
+  for (const float stddev : {0.0F, Limits::infinity(), Limits::quiet_NaN(), Limits::denorm_min(), -1.0F})
+    refused("image scaling that is not positive", [&](auto& file) { tensor(file, "image.row_deviation")[5] = stddev; });
   refused("image scaling that is not positive",
           [&](auto& file) { tensor(file, "image.row_mean")[5] = std::numeric_limits<float>::quiet_NaN(); });
   refused("familiarity that cannot be read", [](auto& file) { file.metadata["familiarity"] = R"({"usual": "two"})"; });

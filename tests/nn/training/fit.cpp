@@ -386,6 +386,55 @@ TEST_CASE("accuracy: outputs that are not finite are wrong, a target that is no 
   }
 }
 
+TEST_CASE("fit: classes in planes are refused before the first step, also by accuracy and mean loss") {
+  Network<float> network({1, 6, 6}, "conv 3 3");
+  const std::string before = weights_sha256(network);
+  FitOptions o = options();
+  check_error([&] { fit(network, samples(), o); }, decid::Code::size_mismatch, "cross-entropy");
+  check_error([&] { accuracy(network, samples()); }, decid::Code::size_mismatch, "accuracy");
+  check_error([&] { mean_loss(network, samples(), *cross_entropy()); }, decid::Code::size_mismatch, "cross-entropy");
+  Network<float> pooled({1, 6, 6}, "conv 3 3; globalavgpool");
+  CHECK(fit(pooled, samples(), o).kept == o.epochs);
+}
+
+TEST_CASE("fit: weights set in some layers, where zeros of two others stop all gradients, are refused") {
+  constexpr const char* three = "fc 5; relu; fc 4; relu; fc 3";
+  FitOptions o = options();
+  o.epochs = 1;
+  const auto with = [&](const char* architecture, const std::vector<std::size_t>& zeros) {
+    Network<float> network(shape, architecture);
+    network.initialise(1);
+    for (const std::size_t place : zeros) std::ranges::fill(network.parameters()[place]->value, 0.0F);
+    return network;
+  };
+  const auto trains = [&](Network<float> network) {
+    const std::string before = weights_sha256(network);
+    fit(network, samples(), o);
+    return weights_sha256(network) != before;
+  };
+  for (const std::vector<std::size_t>& zeros : {std::vector<std::size_t>{0, 2}, {0, 4}, {2, 4}})
+    check_error([&] { trains(with(three, zeros)); }, decid::Code::setting_missing, "initialise()");
+  for (const std::size_t one : {0U, 2U, 4U}) CHECK(trains(with(three, {one})));
+  CHECK(trains(Network<float>(shape, three)));  // new
+  Network<float> biased = with(three, {0, 2});  // the second layer's weights have a gradient
+  biased.parameters()[1]->value[0] = 1;
+  CHECK(trains(biased));
+  constexpr const char* blocks = "fc 4; residual { fc 4; relu; fc 4 }; residual { fc 4; relu; fc 4 }; fc 3";
+  CHECK(trains(with(blocks, {4, 8})));  // the last layer of each block
+  CHECK(trains(with(blocks, {4, 10})));
+  check_error([&] { trains(with(blocks, {2, 4})); }, decid::Code::setting_missing, "initialise()");
+
+  // A checkpoint's weights replace them.
+  o.checkpoint = scratch("zeros");
+  o.epochs = 2;
+  Network<float> whole(shape, three);
+  fit(whole, samples(), o);
+  Network<float> partly = with(three, {2, 4});
+  fit(partly, samples(), o);
+  CHECK(weights_sha256(partly) == weights_sha256(whole));
+  std::filesystem::remove(o.checkpoint);
+}
+
 TEST_CASE("fit: settings that do not fit are refused, those out of range by name") {
   using decid::Code;
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();

@@ -73,11 +73,22 @@ TEST_CASE("losses: derivatives are differences of the loss, lanes without a samp
     check_derivatives(*squared_error(), shape, batch, targets);
     check_derivatives(*huber(0.7), shape, batch, targets);
     check_derivatives(LargestError(), shape, batch, targets);
-    check_derivatives(*cross_entropy(), shape, batch, classes);
+    check_derivatives(*cross_entropy(), {12, 1, 1}, batch, classes);
     Batch b(shape, batch);
     fill_unused_lanes(b.diff, std::numeric_limits<double>::quiet_NaN());
     total_loss<double>(*squared_error(), b.output, targets, b.diff);
     for (int l = batch % lanes; batch % lanes != 0 && l < lanes; ++l) CHECK(b.diff.row(batch / lanes, 0, 0)[l] == 0);
+  }
+}
+
+TEST_CASE("losses: cross-entropy refuses outputs in planes, others take them") {
+  for (const Shape shape : {Shape{3, 2, 1}, Shape{3, 1, 2}}) {
+    Batch b(shape, 2);
+    const std::vector<double> classes{0, 1};
+    check_error([&] { total_loss<double>(*cross_entropy(), b.output, classes, b.diff); }, decid::Code::size_mismatch,
+                "cross-entropy");
+    squared_error()->require(shape);
+    LargestError().require(shape);
   }
 }
 

@@ -112,6 +112,28 @@ int main(void) {
   }
 }
 
+TEST_CASE("a network alone: dropout without other layers is exported as C99 that passes its input on") {
+  for (const char* architecture : {"dropout 0.5", "dropout 0.5; dropout 0.2"}) {
+    const Folder folder;
+    const nn::Network<float> network({3, 1, 1}, architecture);
+    nn::write_network(network, folder / "net.safetensors");
+    run_ok("export c " + folder / "net.safetensors" + " -o " + folder / "c");
+    test::write_text(folder / "main.c", R"(#include "net.h"
+static net_arena arena;
+int main(void) {
+  const float input[3] = {1.5F, -2.0F, 0.0F};
+  float outputs[NET_OUTPUTS];
+  if (net_self_test(&arena) != NET_OK || net_run(input, outputs, &arena) != NET_OK) return 1;
+  return outputs[0] == 1.5F && outputs[1] == -2.0F && outputs[2] == 0.0F ? 0 : 2;
+}
+)");
+    REQUIRE(std::system(("gcc -std=c99 -pedantic-errors -Wall -Wextra -Werror -I" + folder / "c" + " " +
+                         folder / "main.c" + " " + folder / "c/net.c" + " -o " + folder / "run")
+                            .c_str()) == 0);
+    CHECK(std::system((folder / "run").c_str()) == 0);
+  }
+}
+
 TEST_CASE("a network alone: what exported C does not have is refused") {
   const Folder folder;
   const std::string path = folder / "net.safetensors";

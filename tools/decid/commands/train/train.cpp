@@ -60,7 +60,7 @@ std::optional<FinishedTraining> begun(const TrainFiles& files, TrainingRequest r
                                 false};
     TrainingState& state = unfinished.state;
     if (has_epoch && has_part) {
-      TrainingState later = state_from_bytes(read_file(files.stopped), files.stopped);
+      TrainingState later = state_from_bytes(read_file(files.stopped, max_own_file_bytes), files.stopped);
       // Use the later state only if it belongs to the next epoch and no extension to more epochs changed its schedule.
       if (later.model.origin == state.model.origin && later.log == state.log) state = std::move(later);
     }
@@ -161,7 +161,8 @@ bool train_epochs(const TrainOptions& options, const TrainingSettings& settings,
 
 /// Returns the model of the best epoch, at all ranks.
 Model load_best(const TrainFiles& files) {
-  const std::string bytes = broadcast_text(ranks(), is_root() ? read_file(files.best) : std::string());
+  const std::string bytes =
+      broadcast_text(ranks(), is_root() ? read_file(files.best, max_own_file_bytes) : std::string());
   return model_from_bytes(bytes, files.best);
 }
 

@@ -70,7 +70,8 @@ class Before {
   explicit Before(const std::vector<std::string>& paths) {
     for (const std::string& path : paths)
       if (!path.empty())
-        files_.emplace_back(path, std::filesystem::exists(path) ? std::optional(read_file(path)) : std::nullopt);
+        files_.emplace_back(
+            path, std::filesystem::exists(path) ? std::optional(read_file(path, max_own_file_bytes)) : std::nullopt);
   }
   void put_back() const {
     for (const auto& [path, bytes] : files_) {
