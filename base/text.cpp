@@ -120,9 +120,27 @@ std::string duration_text(double seconds) {
   return std::to_string(s / 3600) + " h " + std::to_string(s / 60 % 60) + " min";
 }
 
+namespace {
+
+/// Returns true for a sign, digits, and digits after a point or a comma: "-1.5", "+3", "-0,25".
+bool is_decimal(std::string_view text) {
+  const auto take_digits = [&text] {
+    const std::size_t end = std::min(text.find_first_not_of("0123456789"), text.size());
+    text.remove_prefix(end);
+    return end > 0;
+  };
+  if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
+  if (!take_digits()) return false;
+  if (!text.starts_with('.') && !text.starts_with(',')) return text.empty();
+  text.remove_prefix(1);
+  return take_digits() && text.empty();
+}
+
+}  // namespace
+
 std::string csv_cell(const std::string& text) {
-  // Spreadsheets treat text with these beginnings as formulas; an apostrophe prevents that.
-  if (!text.empty() && std::string_view("=+-@\t\r").find(text.front()) != std::string_view::npos)
+  // Spreadsheets treat text with these beginnings as formulas; an apostrophe prevents that. Numbers stay numbers.
+  if (!text.empty() && std::string_view("=+-@\t\r").find(text.front()) != std::string_view::npos && !is_decimal(text))
     return csv_cell("'" + text);
   const bool blank_end = text.starts_with(' ') || text.ends_with(' ');  // some readers drop blanks at the ends
   if (text.find_first_of(",\"\r\n") == std::string::npos && !blank_end) return text;

@@ -183,17 +183,47 @@ std::vector<double> read_covariate(const RecordingPlan& plan, const std::string&
   return values;
 }
 
+/// Refuses what the model of groups cannot tell: it has one value per person and visit, and compares people of a cell.
+void refuse_covariate(const std::string& column, std::span<const GroupMember> members) {
+  const std::string where = setting("covariates") + " " + column;
+  std::set<double> different;
+  std::map<std::pair<std::string, std::string>, std::set<double>> of_visit;
+  std::map<std::string, std::set<double>> of_cell, of_group;
+  for (const GroupMember& member : members) {
+    if (member.group.empty()) continue;
+    std::set<double>& group = of_group[member.group];
+    const double value = member.covariates.back();
+    if (std::isnan(value)) continue;
+    different.insert(value);
+    group.insert(value);
+    of_cell[member.cell()].insert(value);
+    of_visit[{member.participant, member.cell()}].insert(value);
+  }
+  if (different.size() < 2)
+    throw Error(Code::value_missing, where, "the compared recordings have fewer than two different values",
+                "leave it out");
+  for (const auto& [visit, values] : of_visit)
+    if (values.size() > 1)
+      throw Error(Code::value_invalid, where,
+                  "participant " + visit.first + " has " + std::to_string(values.size()) +
+                      " values in recordings that are not compared with each other",
+                  "give one value for each person and visit, or compare these recordings with " + setting("within"));
+  for (const auto& [group, values] : of_group)
+    if (values.empty())
+      throw Error(Code::value_missing, where, "no recording of group " + group + " has a value",
+                  "give its values, or leave it out");
+  if (std::ranges::all_of(of_cell, [](const auto& cell) { return cell.second.size() < 2; }))
+    throw Error(Code::value_invalid, where,
+                "each group, session and condition that is compared has one value, so its effect and their "
+                "differences are the same",
+                "leave it out");
+}
+
 void add_covariate(const std::string& column, const RecordingPlan& plan, GroupTable& groups) {
   const std::vector<double> values = read_covariate(plan, column);
-  std::set<double> different;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    groups.members[i].covariates.push_back(values[i]);
-    if (!groups.members[i].group.empty() && !std::isnan(values[i])) different.insert(values[i]);
-  }
+  for (std::size_t i = 0; i < values.size(); ++i) groups.members[i].covariates.push_back(values[i]);
   groups.covariates.push_back(column);
-  if (different.size() < 2)
-    throw Error(Code::value_missing, setting("covariates") + " " + column,
-                "the compared recordings have fewer than two different values", "leave it out");
+  refuse_covariate(column, groups.members);
 }
 
 void refuse_joint_cells(const GroupTable& groups, std::span<const FitGroup> joint) {

@@ -29,7 +29,7 @@ class Mixture {
   }
 
   /// Returns the weights that maximise sum_i log sum_k w_k p_ki, a concave function: one pair of models after the
-  /// other shares its weights anew, until no change of weights can gain `settled`.
+  /// other shares its weights again, until no change of weights can gain `settled`.
   std::vector<double> stack() {
     for (int sweep = 0; sweep < max_sweeps && !is_settled(); ++sweep)
       for (std::size_t k = 1; k < density_.size(); ++k)

@@ -75,6 +75,10 @@ TEST_CASE("csv_cell: quoted where RFC 4180 asks for it") {
   CHECK(csv_cell(" a") == "\" a\"");
   CHECK(csv_cell("=HYPERLINK(\"x\")") == "\"'=HYPERLINK(\"\"x\"\")\"");
   CHECK(csv_cell("-1.csv") == "'-1.csv");
+  for (const char* number : {"-1.5", "-3", "+0.25", "-99"}) CHECK(csv_cell(number) == number);
+  CHECK(csv_cell("-0,25") == "\"-0,25\"");
+  for (const char* text : {"-", "+49 170", "-1-2", "-1.", "-.5", "=1", "-1.5e3"})
+    CHECK(csv_cell(text) == std::string("'") + text);
   CHECK(csv_cell("a=b") == "a=b");
 }
 

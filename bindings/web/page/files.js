@@ -6,8 +6,9 @@ let largestCount = 1000, largestBytes = 500e6;  // docs/guide/web.md states them
 function namesOf(files) {
   const taken = new Set();
   return files.map(({ name }) => {
-    const dot = name.lastIndexOf("."), stem = dot > 0 ? name.slice(0, dot) : name, end = dot > 0 ? name.slice(dot) : "";
-    let own = name.startsWith("-") ? "./" + name : name;
+    const safe = name.startsWith("-") ? "./" + name : name, dot = name.lastIndexOf(".");
+    const end = dot > 0 ? name.slice(dot) : "", stem = safe.slice(0, safe.length - end.length);
+    let own = safe;
     for (let i = 2; taken.has(own); ++i) own = `${stem} (${i})${end}`;
     taken.add(own);
     return own;

@@ -93,18 +93,31 @@ std::vector<std::string> PathKey::session_labels() const {
   return labels;
 }
 
-PathKey::Naming PathKey::naming_of(const std::string& wanted, const std::string& prefix) const {
+PathKey::Naming PathKey::naming_of_session(const std::string& session, const std::string& participant) const {
+  if (naming_of_participant(participant) == Naming::prefixed) return naming_of(session, "ses-", parts());
+  std::size_t own = 0;
+  for (const std::string key = text_key(participant); own < parts() && part(own) != key;) ++own;
+  return naming_of(session, "ses-", own);
+}
+
+const std::string& PathKey::part(std::size_t i) const {
+  return i + 1 == forgiving_.size() ? stem_ : forgiving_[i];
+}
+
+/// except: the part that is left out.
+PathKey::Naming PathKey::naming_of(const std::string& wanted, const std::string& prefix, std::size_t except) const {
   const std::string key = text_key(wanted);
   if (key.empty()) return Naming::none;
   const std::string with_prefix = key.starts_with(prefix) ? key : prefix + key;
   const bool is_number = std::ranges::all_of(key, is_digit);
   Naming found = Naming::none;
   for (std::size_t i = 0; i < forgiving_.size(); ++i) {
+    if (i == except) continue;
     const bool is_file = i + 1 == forgiving_.size();
-    const std::string& part = is_file ? stem_ : forgiving_[i];
-    if (has_word(part, with_prefix, "-")) return Naming::prefixed;  // not "sub-01" in "sub-01-b"
-    if (!is_file && part == key) found = Naming::folder;
-    if (part == key || has_word(part, with_prefix) || (!is_number && has_word(part, key)))
+    const std::string& text = part(i);
+    if (has_word(text, with_prefix, "-")) return Naming::prefixed;  // not "sub-01" in "sub-01-b"
+    if (!is_file && text == key) found = Naming::folder;
+    if (text == key || has_word(text, with_prefix) || (!is_number && has_word(text, key)))
       found = std::max(found, Naming::within);
   }
   return found;

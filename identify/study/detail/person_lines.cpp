@@ -34,7 +34,7 @@ FittingLines PersonLines::find(const PathKey& path) const {
     if (lines_[line].is_recording) continue;
     participants[line] = path.naming_of_participant(lines_[line].participant);
     if (participants[line] == none) continue;
-    sessions[line] = path.naming_of_session(lines_[line].session);
+    sessions[line] = path.naming_of_session(lines_[line].session, lines_[line].participant);
     named.push_back(line);
   }
   // Before sessions: a folder of a person whose lines are of other sessions does not leave its files to other people.

@@ -45,7 +45,14 @@ TEST_CASE("path_match: how clearly a path names a participant") {
   CHECK(participant("data/sub-01/ses-2/t.csv", "sub-01") == Naming::prefixed);
   CHECK(participant("data/sub-01/ses-2/t.csv", "01") == Naming::prefixed);
   CHECK(participant("sub-01_ses-2_t.csv", "SUB-01") == Naming::prefixed);
-  CHECK(PathKey("data/sub-01/ses-2/t.csv").naming_of_session("2") == Naming::prefixed);
+  CHECK(PathKey("data/sub-01/ses-2/t.csv").naming_of_session("2", "01") == Naming::prefixed);
+  // People and sessions may have the same labels: a part that names the person names no session.
+  CHECK(PathKey("E/1/2.csv").naming_of_session("1", "1") == Naming::none);
+  CHECK(PathKey("E/1/2.csv").naming_of_session("2", "1") == Naming::within);
+  CHECK(PathKey("E/1/1.csv").naming_of_session("1", "1") == Naming::within);
+  CHECK(PathKey("E/1/1/t.csv").naming_of_session("1", "1") == Naming::folder);
+  CHECK(PathKey("E/sub-1/1/t.csv").naming_of_session("1", "1") == Naming::folder);
+  CHECK(PathKey("E/1/ses-1_t.csv").naming_of_session("1", "1") == Naming::prefixed);
   CHECK(participant("data/sub-010/t.csv", "sub-01") == Naming::none);
   CHECK(participant("sub-01-b/t.csv", "sub-01") == Naming::within);
   CHECK(participant("sub-01-b/t.csv", "sub-01-b") == Naming::prefixed);

@@ -59,6 +59,28 @@ TEST_CASE("groups of a plan: a sheet without groups, and a wrong cell, are named
   refuse_groups(groups.members, "here", 1, &wrong);
 }
 
+TEST_CASE("add_covariate: what the model of groups cannot tell is refused") {
+  const TemporaryFolder folder;
+  const RecordingPlan plan = plan_of_text(folder,
+                                          "participant_id\tgroup\tsession\tfile\tage\tof_group\tof_trial\tof_some\n"
+                                          "A\tx\t1\ta.csv\t60\t1\t0\t5\n"
+                                          "A\tx\t2\tb.csv\t60\t1\t1\t5\n"
+                                          "B\tx\t1\tc.csv\t70\t1\t0\t6\n"
+                                          "C\ty\t1\td.csv\t65\t0\t0\tn/a\n",
+                                          {"a.csv", "b.csv", "c.csv", "d.csv"}, Choice::by_sheet);
+  const auto add = [&](const char* column, bool within) {
+    GroupTable groups = groups_of_plan(plan, true);
+    if (within) compare_within("session", plan, groups);
+    add_covariate(column, plan, groups);
+  };
+  CHECK_NOTHROW(add("age", false));
+  CHECK_NOTHROW(add("age", true));
+  check_error([&] { add("of_group", false); }, Code::value_invalid, "of_group");
+  check_error([&] { add("of_trial", false); }, Code::value_invalid, "participant A");
+  check_error([&] { add("of_trial", true); }, Code::value_invalid, "one value");  // it is the session
+  check_error([&] { add("of_some", false); }, Code::value_missing, "group y");
+}
+
 TEST_CASE("groups of a plan: sessions, conditions and covariates of its sheet") {
   const TemporaryFolder folder;
   const std::vector<std::string> files{"a.csv", "b.csv", "c.csv", "d.csv"};
@@ -67,8 +89,10 @@ TEST_CASE("groups of a plan: sessions, conditions and covariates of its sheet") 
                                           "A\tx\t1\topen\ta.csv\t60,5\t70\t175\tF\n"
                                           "a\tX\t2\tOpen\tb.csv\t61\t71\t175\tM\n"
                                           "B\ty\t1\topen\tc.csv\tn/a\tn/a\tn/a\tn/a\n"
-                                          "C\tn/a\tn/a\tn/a\td.csv\t50\t80\t1.8\tF\n",
-                                          files, Choice::by_sheet);
+                                          "C\tn/a\tn/a\tn/a\td.csv\t50\t80\t1.8\tF\n"
+                                          "D\ty\t1\topen\te.csv\t55\tn/a\tn/a\tF\n"
+                                          "E\ty\t1\topen\tf.csv\t70\tn/a\tn/a\tF\n",
+                                          {"a.csv", "b.csv", "c.csv", "d.csv", "e.csv", "f.csv"}, Choice::by_sheet);
   const std::vector<double> ages = read_covariate(plan, "Age"), weights = read_covariate(plan, "weight_kg");
   CHECK(ages[0] == 60.5);
   CHECK(std::isnan(ages[2]));
