@@ -95,11 +95,7 @@ std::optional<double> metres_of_unit(std::string_view name) {
 }
 
 std::string find_reading_option(std::string_view column) {
-  static const std::vector<std::string> keys = [] {
-    std::vector<std::string> made;
-    std::ranges::transform(option_names, std::back_inserter(made), column_key);
-    return made;
-  }();
+  static const std::vector<std::string> keys = column_keys(option_names);
   const auto found = std::ranges::find(keys, column_key(column));
   return found == keys.end() ? std::string()
                              : std::string(option_names[static_cast<std::size_t>(found - keys.begin())]);

@@ -7,7 +7,8 @@
 
 namespace decid::posterior {
 
-/// One quantity's draws: chain by chain, of equal length, at least 4 draws.
+/// One quantity's draws: chain by chain, of equal length, at least 4 draws. If one is not finite, R-hat is infinite and
+/// no draw is effective.
 using ChainDraws = std::vector<std::vector<double>>;
 
 /// Returns the larger of two rank-normalised split R-hats: of the values, and of their distances from the median. It is
@@ -23,7 +24,7 @@ double effective_draws(const ChainDraws& chains);
 double mean_effective_draws(const ChainDraws& chains);
 
 /// Returns the effective draws of the 5% and of the 95% quantile, whichever has fewer: those of the indicators of draws
-/// below them.
+/// in the tail that each one ends.
 double tail_effective_draws(const ChainDraws& chains);
 
 /// Returns the smallest E (energy[n] - energy[n - 1])^2 / var(energy) of the chains. Below 0.3 the momenta are too

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <initializer_list>
-#include <iterator>
 #include <optional>
 #include <set>
 #include <span>
@@ -23,15 +22,8 @@ struct KnownNames {
   std::vector<std::string> keys;
 };
 
-/// Returns column_key() of each name. Tables keep their keys: a sheet may have a thousand columns.
-std::vector<std::string> keys_of(std::span<const std::string_view> names) {
-  std::vector<std::string> keys;
-  std::ranges::transform(names, std::back_inserter(keys), column_key);
-  return keys;
-}
-
 std::vector<std::string> keys_of(std::initializer_list<std::string_view> names) {
-  return keys_of(std::span(names.begin(), names.size()));
+  return column_keys(std::span(names.begin(), names.size()));
 }
 
 /// English and German, as laboratories name the columns of their sheets. A unit may follow weights and heights.
@@ -78,8 +70,8 @@ constexpr auto person_codes =
 
 /// Returns how surely a column names the person, by its key; nothing for a column of anything else.
 std::optional<ColumnNaming> naming_of_person(const std::string& key) {
-  static const std::vector<std::string> numbers = keys_of(number_endings), names = keys_of(name_endings),
-                                        codes = keys_of(person_codes);
+  static const std::vector<std::string> numbers = column_keys(number_endings), names = column_keys(name_endings),
+                                        codes = column_keys(person_codes);
   const auto has = [](const std::vector<std::string>& keys, std::string_view text) {
     return std::ranges::find(keys, text) != keys.end();
   };

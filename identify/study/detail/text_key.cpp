@@ -1,6 +1,8 @@
 // Keys of names: see text_key.hpp.
 #include "identify/study/detail/text_key.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <map>
 #include <string>
 
@@ -112,6 +114,12 @@ std::string column_key(std::string_view name) {
   std::erase_if(key,
                 [](char c) { return std::string_view(" _-.,:;#?'\"/\\()[]{}<>").find(c) != std::string_view::npos; });
   return key;
+}
+
+std::vector<std::string> column_keys(std::span<const std::string_view> names) {
+  std::vector<std::string> keys;
+  std::ranges::transform(names, std::back_inserter(keys), column_key);
+  return keys;
 }
 
 }  // namespace decid

@@ -2,8 +2,10 @@
 // Accents: Unicode 15, canonical decompositions of Latin letters up to U+01DC and of U+0218 to U+021B. Not installed.
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace decid {
 
@@ -14,5 +16,8 @@ std::string text_key(std::string_view text);
 /// Returns text_key() without blanks, underscores and punctuation: "Participant ID" and "participant_id" are one, and
 /// so are "VP-Nr." and "vp nr". Signs of numbers (%, +, *, =) stay.
 std::string column_key(std::string_view name);
+
+/// Returns the column_key() of each name, for tables of names that many columns are compared with.
+std::vector<std::string> column_keys(std::span<const std::string_view> names);
 
 }  // namespace decid

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""The program of a page in node: its files are those of the program, byte for byte, with each instruction set.
+"""The program of a page in node: its files are those of the program, byte for byte, with each instruction set. Names of files.
 
     test_node.py DECID RELAXED PLAIN
 """
+import json
 import os
 import pathlib
 import subprocess
@@ -34,6 +35,15 @@ class Same(unittest.TestCase):
     def test_relaxed_vectors_are_refused_where_there_are_none(self):
         done = subprocess.run([run, plain, "simulate", "-o", "/dev/null"], env=os.environ | {"DECID_ISA": "relaxed"}, capture_output=True, text=True)
         self.assertNotEqual(done.returncode, 0)
+
+
+class Names(unittest.TestCase):
+    def test_each_is_no_option_and_there_once(self):
+        page = run.parent / "page/files.js"
+        names = ["-a.csv", "-a.csv", "b.csv", "b.csv", "c", "c"]
+        script = page.read_text() + f";console.log(JSON.stringify(namesOf({json.dumps([{'name': name} for name in names])})))"
+        done = subprocess.run(["node", "-e", script], check=True, capture_output=True, text=True)
+        self.assertEqual(json.loads(done.stdout), ["./-a.csv", "./-a (2).csv", "b.csv", "b (2).csv", "c", "c (2)"])
 
 
 if __name__ == "__main__":
