@@ -2,6 +2,7 @@
 #include "identify/study/plan_groups.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -17,6 +18,8 @@
 
 namespace decid {
 namespace {
+
+constexpr std::array unknown_codes{-9.0, -99.0, -999.0, -9999.0, 999.0, 9999.0};
 
 /// Throws if a few people are in both groups: a comparison in pairs leaves out everyone else.
 void refuse_few_pairs(const std::string& where, const std::string& one,
@@ -183,6 +186,24 @@ std::vector<double> read_covariate(const RecordingPlan& plan, const std::string&
   return values;
 }
 
+/// Refuses numbers that stand for "unknown" in other programs' tables, where they are far from all others.
+void refuse_codes(const std::string& where, const std::set<double>& different) {
+  std::set<double> codes, others;
+  for (const double value : different) {
+    const bool is_code = std::ranges::find(unknown_codes, value) != unknown_codes.end();
+    (is_code ? codes : others).insert(value);
+  }
+  if (others.empty()) return;
+  const double low = *others.begin(), high = *others.rbegin();
+  const double far = std::max(high - low, 0.5 * std::max(std::abs(low), std::abs(high)));
+  for (const double code : codes)
+    if (code > high + far || code < low - far)
+      throw Error(
+          Code::value_invalid, where,
+          format("%.0f is far from all other values, %g to %g, and often stands for an unknown one", code, low, high),
+          "write n/a in the sheet for what is unknown");
+}
+
 /// Refuses what the model of groups cannot tell: it has one value per person and visit, and compares people of a cell.
 void refuse_covariate(const std::string& column, std::span<const GroupMember> members) {
   const std::string where = setting("covariates") + " " + column;
@@ -202,6 +223,7 @@ void refuse_covariate(const std::string& column, std::span<const GroupMember> me
   if (different.size() < 2)
     throw Error(Code::value_missing, where, "the compared recordings have fewer than two different values",
                 "leave it out");
+  refuse_codes(where, different);
   for (const auto& [visit, values] : of_visit)
     if (values.size() > 1)
       throw Error(Code::value_invalid, where,

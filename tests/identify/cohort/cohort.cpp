@@ -105,6 +105,43 @@ TEST_CASE("cohort: a group's mean is that of the exact posterior") {
   }
 }
 
+TEST_CASE("cohort: the standard deviation of persons that are known exactly is that of the exact posterior") {
+  // So precise that only the move given the deviations goes far.
+  const std::vector<double> at{-0.5, 0.9, 0.4};
+  const double precision = 1e4, noise_variance = 1.0 / precision;
+  std::vector<Recording> recordings;
+  for (const double value : at)
+    recordings.push_back({std::to_string(value), "", "", "", {}, gaussian({value}, std::sqrt(noise_variance))});
+  double whole = 0.0, sum = 0.0, squares = 0.0;
+  for (int i = 0; i < 700; ++i)
+    for (int j = 0; j < 400; ++j) {
+      const double centre = -3.5 + 0.01 * (i + 0.5), log_sd = -4.0 * (1.0 - (j + 0.5) / 400.0);
+      const double variance = std::exp(2.0 * log_sd) + noise_variance;
+      double log_weight = -0.5 * centre * centre + log_sd - 0.5 * std::log(variance);
+      for (const double value : at) log_weight += log_normal(value - centre, variance);
+      const double weight = std::exp(log_weight);
+      whole += weight;
+      sum += weight * log_sd;
+      squares += weight * log_sd * log_sd;
+    }
+  const double mean = sum / whole, stddev = std::sqrt(squares / whole - mean * mean);
+  const decid::cohort::Design design = decid::cohort::make_design(recordings, 1, {});
+  double found = 0.0;
+  constexpr int chains = 4, sweeps = 4000;
+  for (std::size_t chain = 0; chain < chains; ++chain) {
+    decid::cohort::Sampler sampler(design, recordings, 1, chain);
+    for (int i = 0; i < 200; ++i) sampler.sweep();
+    for (int i = 0; i < sweeps; ++i) {
+      sampler.sweep();
+      found += std::log(sampler.draw().participant_sd[0]) / (chains * sweeps);
+    }
+  }
+  CAPTURE(mean);
+  CAPTURE(stddev);
+  // At least one effective draw of four; one person too many would add 0.3 standard deviations.
+  CHECK(within(found, mean, 4.0 * stddev / std::sqrt(chains * sweeps / 4.0)));
+}
+
 TEST_CASE("cohort: evidence with two modes, from draws, is that of the exact posterior") {
   // Under its uniform prior a recording has modes at -1 and 1 of sd 0.2; three others are precise, near 0.8.
   const Random random(8, Stream::user, 1);

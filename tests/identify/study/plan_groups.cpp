@@ -61,13 +61,14 @@ TEST_CASE("groups of a plan: a sheet without groups, and a wrong cell, are named
 
 TEST_CASE("add_covariate: what the model of groups cannot tell is refused") {
   const TemporaryFolder folder;
-  const RecordingPlan plan = plan_of_text(folder,
-                                          "participant_id\tgroup\tsession\tfile\tage\tof_group\tof_trial\tof_some\n"
-                                          "A\tx\t1\ta.csv\t60\t1\t0\t5\n"
-                                          "A\tx\t2\tb.csv\t60\t1\t1\t5\n"
-                                          "B\tx\t1\tc.csv\t70\t1\t0\t6\n"
-                                          "C\ty\t1\td.csv\t65\t0\t0\tn/a\n",
-                                          {"a.csv", "b.csv", "c.csv", "d.csv"}, Choice::by_sheet);
+  const RecordingPlan plan =
+      plan_of_text(folder,
+                   "participant_id\tgroup\tsession\tfile\tage\tof_group\tof_trial\tof_some\tcode\tsteps\n"
+                   "A\tx\t1\ta.csv\t60\t1\t0\t5\t60\t999\n"
+                   "A\tx\t2\tb.csv\t60\t1\t1\t5\t60\t999\n"
+                   "B\tx\t1\tc.csv\t70\t1\t0\t6\t-99\t1450\n"
+                   "C\ty\t1\td.csv\t65\t0\t0\tn/a\t65\t700\n",
+                   {"a.csv", "b.csv", "c.csv", "d.csv"}, Choice::by_sheet);
   const auto add = [&](const char* column, bool within) {
     GroupTable groups = groups_of_plan(plan, true);
     if (within) compare_within("session", plan, groups);
@@ -79,6 +80,8 @@ TEST_CASE("add_covariate: what the model of groups cannot tell is refused") {
   check_error([&] { add("of_trial", false); }, Code::value_invalid, "participant A");
   check_error([&] { add("of_trial", true); }, Code::value_invalid, "one value");  // it is the session
   check_error([&] { add("of_some", false); }, Code::value_missing, "group y");
+  check_error([&] { add("code", false); }, Code::value_invalid, "-99");
+  CHECK_NOTHROW(add("steps", false));  // 999 is among the others
 }
 
 TEST_CASE("groups of a plan: sessions, conditions and covariates of its sheet") {
