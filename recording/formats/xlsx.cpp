@@ -11,6 +11,7 @@
 #include "base/number.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
+#include "recording/formats/detail/workbook_dates.hpp"
 #include "recording/formats/detail/xml_scanner.hpp"
 #include "recording/formats/detail/zip_member.hpp"
 #include "recording/table/detail/sections.hpp"
@@ -29,10 +30,10 @@ constexpr const char* workbook_part = "xl/workbook.xml";
   throw Error(Code::file_damaged, where, "is a damaged workbook: " + what, "save it again, or save the sheet as CSV");
 }
 
-/// The paths of a workbook's parts by their identifiers, and the path of its shared texts.
+/// The paths of a workbook's parts by their identifiers, and the paths of its shared texts and styles.
 struct Parts {
   std::map<std::string, std::string> by_id;
-  std::string shared_strings;
+  std::string shared_strings, styles;
 };
 
 Parts read_parts(ZipMembers& members, const std::string& where) {
@@ -45,6 +46,7 @@ Parts read_parts(ZipMembers& members, const std::string& where) {
     const std::string path = target.starts_with('/') ? target.substr(1) : "xl/" + target;
     parts.by_id.emplace(xml.attribute("Id"), path);
     if (xml.attribute("Type").ends_with("/sharedStrings")) parts.shared_strings = path;
+    if (xml.attribute("Type").ends_with("/styles")) parts.styles = path;
   }
   return parts;
 }
@@ -110,8 +112,9 @@ std::string plain(std::string text) {
 /// Reads a sheet's cells.
 class SheetReader {
  public:
-  SheetReader(std::string_view text, const std::vector<std::string>& shared, const std::string& where)
-      : xml_(text, where), shared_(shared), where_(where) {}
+  SheetReader(std::string_view text, const std::vector<std::string>& shared, const WorkbookDates& dates,
+              const std::string& where)
+      : xml_(text, where), shared_(shared), dates_(dates), where_(where) {}
 
   std::string read() {
     for (Tag tag = xml_.next(); tag != Tag::end; tag = xml_.next()) {
@@ -141,14 +144,15 @@ class SheetReader {
     const std::size_t column = column_in(xml_.attribute("r"), next_column_);
     next_column_ = column + 1;
     if (column < rows_.back().cells) refuse_workbook(where_, "its cells are out of order");
-    const std::string value = read_value(xml_.attribute("t"));
+    const std::string kind = xml_.attribute("t"), style = xml_.attribute("s");
+    const std::string value = read_value(kind, style);
     if (value.empty()) return;  // a cell with only a format
     if (column >= max_columns)
       throw Error(Code::file_too_large, where_, "has more than 1000 columns", "give a sheet of at most 1000");
     append(rows_.back(), column, plain(value));
   }
 
-  std::string read_value(const std::string& kind) {
+  std::string read_value(const std::string& kind, const std::string& style) {
     std::string value;
     for (Tag tag = xml_.next(); tag != Tag::end; tag = xml_.next()) {
       if (tag == Tag::open && xml_.name() == "is") value = read_text(xml_, "is");
@@ -157,6 +161,7 @@ class SheetReader {
     }
     if (kind == "e") return {};
     if (kind == "b" && !value.empty()) return value == "0" ? "FALSE" : "TRUE";
+    if (kind.empty() || kind == "n") return dates_.text(value, style);
     if (kind != "s") return value;
     const std::size_t index = number_from<std::size_t>(value).value_or(shared_.size());
     if (index >= shared_.size()) refuse_workbook(where_, "a cell's text is missing");
@@ -191,6 +196,7 @@ class SheetReader {
 
   XmlScanner xml_;
   const std::vector<std::string>& shared_;
+  const WorkbookDates& dates_;
   const std::string& where_;
   std::vector<Row> rows_;
   std::size_t next_column_ = 0, width_ = 0, bytes_ = 0;
@@ -224,7 +230,7 @@ bool is_xlsx(std::string_view bytes) {
   return bytes.starts_with("PK\x03\x04") && bytes.find(workbook_part) != bytes.npos;
 }
 
-Sheet read_xlsx(std::string_view bytes, const std::string& where, const std::string& name) {
+Sheet read_xlsx(std::string_view bytes, const std::string& where, const std::string& name, DateCells date_cells) {
   ZipMembers members(bytes, where);
   const auto sheets = visible_sheets(members, where);
   if (sheets.empty()) refuse_workbook(where, "it has no sheet");
@@ -239,9 +245,12 @@ Sheet read_xlsx(std::string_view bytes, const std::string& where, const std::str
   const auto part = parts.by_id.find(id);
   if (part == parts.by_id.end()) refuse_workbook(where, "its " + which + " is missing");
   const std::vector<std::string> shared = read_shared_strings(members, parts.shared_strings, where);
+  WorkbookDates dates;
+  if (date_cells == DateCells::text && !parts.styles.empty())
+    dates = WorkbookDates(members.read(parts.styles), members.read(workbook_part), where);
   const auto read = [&](const std::string& part_name) {
     const std::string xml = members.read(part_name);
-    return SheetReader(xml, shared, where).read();
+    return SheetReader(xml, shared, dates, where).read();
   };
   sheet.text = read(part->second);
   if (!sheet.is_named && find_sections(sheet.text).empty()) refuse_without_table(sheets, parts, read, name, where);

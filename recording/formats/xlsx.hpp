@@ -17,11 +17,16 @@ struct Sheet {
   bool is_named = false;            ///< the text is of the sheet that the caller named
 };
 
+/// What a cell that shows a date becomes: the days that the workbook stores, or a text such as "2026-03-05".
+enum class DateCells { days, text };
+
 /// Reads the sheet of this name, in any letter case, or the first one that is not hidden if no sheet has it. Keeps
-/// numbers as the workbook stores them, so dates and times are days. Writes true and false as TRUE and FALSE; errors
+/// numbers as the workbook stores them, so times are days, and dates too unless `dates` says otherwise. Writes true and
+/// false as TRUE and FALSE; errors
 /// (#N/A) and missing cells become empty. Line k is row k. Throws Error for a damaged or protected workbook, an unnamed
 /// first sheet without a table if another sheet has one, and a sheet without cells, of more than 1000 columns or of
 /// more than 64 MiB.
-Sheet read_xlsx(std::string_view bytes, const std::string& where, const std::string& name = {});
+Sheet read_xlsx(std::string_view bytes, const std::string& where, const std::string& name = {},
+                DateCells dates = DateCells::days);
 
 }  // namespace decid::recording

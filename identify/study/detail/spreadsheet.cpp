@@ -116,7 +116,7 @@ void tidy(std::vector<std::vector<std::string>>& rows) {
 
 std::vector<std::vector<std::string>> read_spreadsheet(const std::filesystem::path& path) {
   std::string text = read_file(path, max_bytes);
-  text = recording::is_xlsx(text) ? recording::read_xlsx(text, path.string()).text
+  text = recording::is_xlsx(text) ? recording::read_xlsx(text, path.string(), {}, recording::DateCells::text).text
                                   : recording::to_utf8(std::move(text), path.string());
   if (text.starts_with("sep=")) text.erase(0, std::min(text.find('\n'), text.size() - 1) + 1);
   std::vector<std::vector<std::string>> rows = RowReader(text, separator_of(text), path.string())();

@@ -63,6 +63,36 @@ TEST_CASE("XLSX: cells of every kind, where they say that they are") {
   CHECK(to_text("<row><c><v>1</v></c></row><row><c/><c><v>2</v></c></row>") == "1\t\n\t2\n");
 }
 
+TEST_CASE("XLSX: cells that show dates, as days or as text") {
+  // Styles: a number, a date that is built in, own formats of a date, a time and colours, and a date with a time.
+  const std::string styles =
+      R"(<styleSheet><numFmts><numFmt numFmtId="164" formatCode="[$-407]d\.\ mmmm\ yyyy"/>)"
+      R"(<numFmt numFmtId="165" formatCode="[Red]0.0&quot; days&quot;"/><numFmt numFmtId="166" formatCode="hh:mm"/>)"
+      R"(</numFmts><cellStyleXfs><xf numFmtId="14"/></cellStyleXfs><cellXfs><xf numFmtId="0"/><xf numFmtId="14"/>)"
+      R"(<xf numFmtId="164"/><xf numFmtId="165"/><xf numFmtId="166"/><xf numFmtId="22"/></cellXfs>)"
+      R"(<dxfs><xf numFmtId="14"/></dxfs></styleSheet>)";
+  const auto cell = [](int style, const char* days) {
+    return "<c s='" + std::to_string(style) + "'><v>" + days + "</v></c>";
+  };
+  std::map<std::string, std::string> parts =
+      workbook_parts("<row>" + cell(0, "46086") + cell(1, "46086") + cell(2, "61") + cell(3, "46086") + cell(4, "0.5") +
+                     "</row><row>" + cell(5, "46086.502129629627") + cell(1, "60") + cell(2, "36584.9999999") +
+                     cell(9, "46086") + "<c s='1' t='str'><v>46086</v></c></row>");
+  parts["xl/styles.xml"] = styles;
+  parts["xl/_rels/workbook.xml.rels"] =
+      R"(<Relationships><Relationship Id="r1" Target="worksheets/sheet1.xml" Type="x/worksheet"/>)"
+      R"(<Relationship Id="r2" Target="styles.xml" Type="x/styles"/></Relationships>)";
+  const auto text = [&](DateCells dates) { return read_xlsx(zip(parts), where, {}, dates).text; };
+  CHECK(text(DateCells::text) ==
+        "46086\t2026-03-05\t1900-03-01\t46086\t0.5\n2026-03-05T12:03:04\t60\t2000-02-29\t46086\t46086\n");
+  CHECK(text(DateCells::days) == "46086\t46086\t61\t46086\t0.5\n46086.502129629627\t60\t36584.9999999\t46086\t46086\n");
+  parts["xl/workbook.xml"] =
+      R"(<workbook><workbookPr date1904="1"/><sheets><sheet name="one" r:id="r1"/></sheets></workbook>)";
+  CHECK(text(DateCells::text).starts_with("46086\t2030-03-06\t1904-03-02\t"));
+  parts["xl/styles.xml"] = "<styleSheet";
+  check_error([&] { text(DateCells::text); }, Code::file_damaged, "r.xlsx");
+}
+
 TEST_CASE("XLSX: the first sheet that is not hidden, and the rules for text") {
   std::string rows =
       R"(<row r="1"><c t="inlineStr"><is><t>Ann</t></is></c></row>)"
