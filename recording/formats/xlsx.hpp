@@ -17,7 +17,7 @@ struct Sheet {
   bool is_named = false;            ///< the text is of the sheet that the caller named
 };
 
-/// What a cell that shows a date becomes: the days that the workbook stores, or a text such as "2026-03-05".
+/// Cells that show a date: as the number of days that the workbook stores, or as a text such as "2026-03-05".
 enum class DateCells { days, text };
 
 /// Reads the sheet of this name, in any letter case, or the first one that is not hidden if no sheet has it. Keeps
