@@ -238,6 +238,21 @@ TEST_CASE("a table says what the values say: a line a recording, as many cells w
   }
 }
 
+TEST_CASE("a table's copied columns of numbers are numbers where a spreadsheet reads texts otherwise") {
+  const ResultTable table{.names = {"file", "id", "age", "mixed", "shift", "none"},
+                          .rows = {{"a.csv", "007", "71.5", "1", "-0.25", Cell{}},
+                                   {"2", "12", Cell{}, "1e3", "10", Cell{}},
+                                   {"c.csv", "3", "0.5", "2", "0", Cell{}}},
+                          .copied_begin = 1,
+                          .copied_end = 6};
+  const ResultTable found = with_numbers(table);
+  CHECK(found.rows[1] == std::vector<Cell>{"2", "12", Cell{}, "1e3", 10.0, Cell{}});
+  CHECK(found.rows[0] == std::vector<Cell>{"a.csv", "007", 71.5, "1", -0.25, Cell{}});
+  CHECK(csv_text(table, CsvStyle::plain).find("\na.csv,007,71.5,1,-0.25,\n2,12,,1e3,10,\n") != std::string::npos);
+  CHECK(csv_text(table, CsvStyle::excel_comma).find("\r\na.csv;007;71,5;1;-0,25;\r\n") != std::string::npos);
+  CHECK(csv_text(table, CsvStyle::excel_point).find("\r\na.csv,007,71.5,1,-0.25,\r\n") != std::string::npos);
+}
+
 TEST_CASE("rows of calibrate's tables are read back as they were written, unknown values too") {
   const sim::ParameterTable& parameters = table();
   FitConditionFigures known, unknown;

@@ -55,11 +55,18 @@ std::vector<std::string> who_names(const Report& report) {
   return names;
 }
 
-/// Gives each column of the study's sheet, the last ones before `end`, a name of its own if the table has
-/// another column of that name. Programs would rename one of the two, or drop it.
-void distinguish(std::vector<std::string>& names, const Report& report, std::size_t end) {
-  const std::size_t count = report.sheet ? report.sheet->columns.size() : 0;
-  for (std::size_t i = end - count; i < end; ++i)
+/// Adds the names of the person and of the study's columns, which the table copies.
+void add_who_names(ResultTable& table, const Report& report) {
+  append(table.names, who_names(report));
+  table.copied_end = table.names.size();
+  table.copied_begin = table.copied_end - (report.sheet ? report.sheet->columns.size() : 0);
+}
+
+/// Gives each copied column a name of its own if the table has another column of that name. Programs would rename one
+/// of the two, or drop it.
+void distinguish(ResultTable& table) {
+  std::vector<std::string>& names = table.names;
+  for (std::size_t i = table.copied_begin; i < table.copied_end; ++i)
     while (std::ranges::count(names, std::string(names[i])) > 1) names[i] = "sheet_" + names[i];
 }
 
@@ -125,16 +132,16 @@ const posterior::Posterior* posterior_of(const RecordingResult& id) {
 
 ResultTable wide_table(const Report& report) {
   const std::vector<std::string> parameters = report.protocol.parameters().names();
-  ResultTable table{{"file", "trust"}, {}};
+  ResultTable table;
+  table.names = {"file", "trust"};
   for (const std::string& name : parameters) append(table.names, {name, name + "_low90", name + "_high90"});
-  append(table.names, who_names(report));
-  const std::size_t sheet_end = table.names.size();
+  add_who_names(table, report);
   append(table.names, body_names);
   for (const std::string& name : parameters) append(table.names, {name + "_sd", name + "_normalized"});
   append(table.names, check_names);
   append(table.names, {"max_rhat", "min_effective_draws"});
   append(table.names, source_names);
-  distinguish(table.names, report, sheet_end);
+  distinguish(table);
   for (std::size_t i = 0; i < report.recordings.size(); ++i) {
     const RecordingResult& id = report.recordings[i];
     std::vector<Figures> figures = figures_of(id);
@@ -165,9 +172,9 @@ ResultTable wide_table(const Report& report) {
 
 ResultTable long_table(const Report& report) {
   const sim::ParameterTable& parameters = report.protocol.parameters();
-  ResultTable table{{"file"}, {}};
-  append(table.names, who_names(report));
-  const std::size_t sheet_end = table.names.size();
+  ResultTable table;
+  table.names = {"file"};
+  add_who_names(table, report);
   append(table.names, body_names);
   const std::size_t before = table.names.size();
   append(table.names, {"parameter", "unit", "value", "sd", "low50", "high50", "low90", "high90", "normalized",
@@ -175,7 +182,7 @@ ResultTable long_table(const Report& report) {
   const std::size_t own = table.names.size() - before;
   append(table.names, check_names);
   append(table.names, source_names);
-  distinguish(table.names, report, sheet_end);
+  distinguish(table);
   for (std::size_t i = 0; i < report.recordings.size(); ++i) {
     const RecordingResult& id = report.recordings[i];
     const std::vector<Figures> figures = figures_of(id);

@@ -17,6 +17,7 @@ using Cell = std::variant<std::monostate, double, std::string>;
 struct ResultTable {
   std::vector<std::string> names;
   std::vector<std::vector<Cell>> rows;
+  std::size_t copied_begin = 0, copied_end = 0;  ///< the columns that are copied from the study's sheet, as text
 };
 
 /// Returns a line per recording: file, trust; of each parameter NAME, NAME_low90, NAME_high90; then the study's
@@ -33,10 +34,15 @@ enum class CsvStyle { plain, excel_comma, excel_point };
 /// LANG).
 CsvStyle parse_csv_style(const std::string& excel);
 
-/// Returns the table as CSV. Plain lines end in \n, Excel's in \r\n. Numbers read back to the same bits.
+/// Returns the table with numbers in place of the texts of each copied column that has only numbers, such as ages.
+/// Numbers of persons ("007") stay texts, and so do decimal commas.
+ResultTable with_numbers(ResultTable table);
+
+/// Returns the table as CSV. Copied numbers have decimal commas too where Excel's have. Plain lines end in \n, Excel's
+/// in \r\n. Numbers read back to the same bits.
 std::string csv_text(const ResultTable& table, CsvStyle style);
 
-/// Writes the table: a workbook if the path ends in .xlsx, else CSV.
+/// Writes the table: a workbook if the path ends in .xlsx, with numbers in copied columns too, else CSV.
 void write_table(const std::filesystem::path& path, const ResultTable& table, CsvStyle style);
 
 /// Writes a workbook with one sheet, whose first row stays visible; the same table makes the same bytes. Format:

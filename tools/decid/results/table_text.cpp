@@ -7,9 +7,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string_view>
 
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
+#include "base/number.hpp"
 #include "base/text.hpp"
 #include "tools/decid/results/table.hpp"
 
@@ -45,7 +48,30 @@ std::string cell_text(const Cell& cell, CsvStyle style) {
   return needs_quotes ? '"' + made + '"' : made;
 }
 
+/// Returns the number in a text such as "-1.5" that loses nothing as a number: not "007", "1e3" or more than 15 digits.
+std::optional<double> plain_number(const Cell& cell) {
+  const std::string* const text = std::get_if<std::string>(&cell);
+  if (text == nullptr) return std::nullopt;
+  const std::string_view digits = std::string_view(*text).substr(text->starts_with('-') ? 1 : 0);
+  const std::size_t point = std::min(digits.find('.'), digits.size());
+  if (digits.size() > 15 || point == 0 || point + 1 == digits.size() || (digits.front() == '0' && point > 1) ||
+      digits.find_first_not_of("0123456789.") != digits.npos)
+    return std::nullopt;
+  return number_from<double>(*text);
+}
+
 }  // namespace
+
+ResultTable with_numbers(ResultTable table) {
+  const auto is_empty = [](const Cell& cell) { return std::holds_alternative<std::monostate>(cell); };
+  for (std::size_t c = table.copied_begin; c < table.copied_end; ++c) {
+    if (!std::ranges::all_of(table.rows, [&](const auto& row) { return is_empty(row[c]) || plain_number(row[c]); }))
+      continue;
+    for (std::vector<Cell>& row : table.rows)
+      if (const std::optional<double> value = plain_number(row[c])) row[c] = *value;
+  }
+  return table;
+}
 
 CsvStyle parse_csv_style(const std::string& excel) {
   if (excel.empty()) return CsvStyle::plain;
@@ -53,7 +79,8 @@ CsvStyle parse_csv_style(const std::string& excel) {
   return comma ? CsvStyle::excel_comma : CsvStyle::excel_point;
 }
 
-std::string csv_text(const ResultTable& table, CsvStyle style) {
+std::string csv_text(const ResultTable& given, CsvStyle style) {
+  const ResultTable table = style == CsvStyle::excel_comma ? with_numbers(given) : given;
   const char separator = style == CsvStyle::excel_comma ? ';' : ',';
   const std::string line_end = style == CsvStyle::plain ? "\n" : "\r\n";
   std::string text = style == CsvStyle::plain ? "" : byte_order_mark;
@@ -67,7 +94,7 @@ std::string csv_text(const ResultTable& table, CsvStyle style) {
 }
 
 void write_table(const std::filesystem::path& path, const ResultTable& table, CsvStyle style) {
-  if (lower_case(path.extension().string()) == ".xlsx") return write_xlsx(path, table);
+  if (lower_case(path.extension().string()) == ".xlsx") return write_xlsx(path, with_numbers(table));
   write_file(path, csv_text(table, style));
 }
 
