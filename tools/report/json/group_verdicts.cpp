@@ -139,8 +139,9 @@ std::string note_on_small(const GroupComparison& found, std::size_t place, bool 
 }
 
 /// Returns notes for people, beside the verdicts: that each recording counts as a person; sessions and conditions that
-/// may mislead (visit_notes.hpp); groups of nobody, and groups of one unless most sessions or the whole comparison have
-/// one person, with the group whose name they may misspell; groups whose names are marks of exclusion.
+/// may mislead (visit_notes.hpp); chains of the hierarchical model that disagree; groups of nobody, and groups of one
+/// unless most sessions or the whole comparison have one person, with the group whose name they may misspell; groups
+/// whose names are marks of exclusion.
 std::vector<std::string> group_notes(const Report& report) {
   std::vector<std::string> notes;
   const GroupTable& table = report.groups->table;
@@ -151,6 +152,11 @@ std::vector<std::string> group_notes(const Report& report) {
       note += (i == 0 ? " Columns that decid carries along: " : ", ") + one_line(table.other_columns[i]);
     notes.push_back(note);
   }
+  constexpr double agreed_rhat = 1.05;
+  if (report.groups->hierarchical && !(report.groups->hierarchical->max_rhat <= agreed_rhat))
+    notes.push_back(
+        format("The chains of the hierarchical model do not agree (R-hat %.2f): its intervals may be wrong.",
+               report.groups->hierarchical->max_rhat));
   const auto add = [&](const std::vector<std::string>& some) { notes.insert(notes.end(), some.begin(), some.end()); };
   const std::vector<std::string> lone = notes_on_lone_sessions(*report.groups);
   add(notes_on_mixed(*report.groups, report.sheet.has_value()));

@@ -46,6 +46,26 @@ TEST_CASE("group_verdicts: the parameters whose deciding interval leaves out 0, 
   CHECK(decid::tools::group_verdicts({}).sentences.empty());
 }
 
+TEST_CASE("verdicts: chains of the hierarchical model that disagree are noted") {
+  Report report;
+  GroupTable table{"subject", {}};
+  for (int i = 0; i < 3; ++i) {
+    add(report, table, "a", "a" + std::to_string(i), recording("f", 700.0 + i));
+    add(report, table, "b", "b" + std::to_string(i), recording("f", 900.0 + i));
+  }
+  report.groups = decid::report_groups(table, report);
+  decid::cohort::Result model;
+  model.max_rhat = 1.05;
+  report.groups->hierarchical = model;
+  CHECK(decid::tools::group_verdicts(report).notes.empty());
+  report.groups->hierarchical->max_rhat = 1.06;
+  const decid::tools::GroupVerdicts found = decid::tools::group_verdicts(report);
+  REQUIRE(found.notes.size() == 1);
+  CHECK(contains(found.notes[0], "1.06"));
+  report.groups->hierarchical->max_rhat = std::numeric_limits<double>::quiet_NaN();
+  CHECK(decid::tools::group_verdicts(report).notes.size() == 1);
+}
+
 TEST_CASE(
     "verdicts: notes on people, on groups of one person and on marks of exclusion; numbers are group 0 and group 1") {
   Report report;
