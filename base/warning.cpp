@@ -17,6 +17,10 @@ const char* name(Severity severity) {
   return "";
 }
 
+bool has_code(const Warnings& warnings, std::string_view code) {
+  return std::ranges::find(warnings, code, &Warning::code) != warnings.end();
+}
+
 Warnings::const_iterator most_severe(const Warnings& warnings) {
   return std::ranges::max_element(warnings, {}, &Warning::severity);
 }

@@ -3,6 +3,7 @@
 
 #include <iterator>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -38,6 +39,9 @@ inline void add_invalid(Warnings& warnings, std::string code, std::string text) 
 inline void append(Warnings& warnings, Warnings more) {
   warnings.insert(warnings.end(), std::move_iterator(more.begin()), std::move_iterator(more.end()));
 }
+
+/// Returns true if one of the warnings has this code.
+bool has_code(const Warnings& warnings, std::string_view code);
 
 /// Returns the first of the most severe warnings; the end if there are none.
 Warnings::const_iterator most_severe(const Warnings& warnings);

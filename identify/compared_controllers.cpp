@@ -69,10 +69,6 @@ double standard_error(const Comparison& comparison, std::size_t one, std::size_t
   return one == other ? 0.0 : to_best(one) + to_best(other);
 }
 
-bool has_code(const Warnings& warnings, const char* code) {
-  return std::ranges::find(warnings, code, &Warning::code) != warnings.end();
-}
-
 /// Returns the controllers that `names` lists, in its order.
 std::vector<const sim::BodyModel*> find_controllers(const std::string& names, const std::string& where) {
   std::vector<const sim::BodyModel*> all;

@@ -26,7 +26,8 @@ struct CheckedFigure {
   double recorded = 0.0;
   double low = 0.0, middle = 0.0, high = 0.0;  ///< quantiles of the simulated trials: 5%, 50% and 95%
   /// Two-sided p: twice the smaller of the fractions of trials as low or as high as the recording, which counts among n
-  /// + 1; 1 at most.
+  /// + 1; 1 at most. Of "frequency response" the fraction as high: fitted draws are nearer to their recording than
+  /// to other trials.
   double p = 1.0;
 };
 
@@ -38,8 +39,8 @@ struct PredictiveCheck {
   static constexpr double odd = 0.01;
 
   int standing = 0;                    ///< trials in which the body did not fall; only these are compared
-  std::vector<CheckedFigure> figures;  ///< empty if they are fewer than 100
-  posterior::Band sway_rad;  ///< of the simulated trials, each about its mean, in blocks; empty if fewer than 100 stand
+  std::vector<CheckedFigure> figures;  ///< empty if they are fewer than 200: no p could be below `odd`
+  posterior::Band sway_rad;  ///< of the simulated trials, each about its mean, in blocks; empty if fewer than 200 stand
 
   /// Returns a text that lists the figures below `odd`; empty if there are none.
   std::string warning() const;

@@ -18,13 +18,16 @@ namespace decid {
 /// A recording's file and, where a file holds several (RecordingOptions::trial_column), which of them.
 struct RecordingSource {
   std::filesystem::path file;
-  std::string trial;  ///< empty: the file is the recording
+  std::string trial;       ///< empty: the file is the recording
+  std::string label = {};  ///< of a file with several recordings by a study's sheet: the section, column or begin
 
   template <class Path>
   requires std::convertible_to<Path, std::filesystem::path> RecordingSource(const Path& whole, std::string part = {})
       : file(whole), trial(std::move(part)) {}
-  /// "long.csv", "long.csv#2"
-  std::string name() const { return trial.empty() ? file.string() : file.string() + "#" + trial; }
+  /// "long.csv", "long.csv#2", "book.xlsx#Trial 1"
+  std::string name() const {
+    return file.string() + (trial.empty() ? "" : "#" + trial) + (label.empty() ? "" : "#" + label);
+  }
 };
 
 /// Returns the recordings of files: each file is one, or as many as options.trial_column separates. A file that cannot

@@ -157,7 +157,7 @@ void Simulator::run_until_valid(int count, int attempts, const AttemptOf& make_t
           if (attempt[i] == attempts) {
             throw Error(Code::body_falls, "protocol " + protocol().name,
                         std::to_string(attempts) + " consecutive trials exceed 5 degrees",
-                        "reduce the tilt's amplitude or the noise");
+                        "reduce the tilt's amplitude or the noise, or give parameters with which the body stands");
           }
           again.push_back(index);
         });

@@ -102,6 +102,7 @@ decid::Report fit(const decid_model& model, const decid::sim::Protocol& protocol
       report.recordings, [&](std::size_t i, const decid::posterior::Progress& now) { return progress(i, now); }, {},
       joint);
   if (progress.stopped()) throw Stopped{study_where};
+  decid::warn_of_same_sway(report.recordings);
   return report;
 }
 

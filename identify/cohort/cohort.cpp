@@ -344,10 +344,12 @@ std::vector<Draw> sample(const Design& design, std::span<const Recording> record
 
 /// Returns 0 for a session before a treatment by its first word, 2 for one after it, else 1.
 int stage_of(const std::string& session) {
-  constexpr auto before = std::to_array<std::string_view>(
-      {"pre", "before", "baseline", "base", "initial", "vor", "vorher", "prae", "pr\u00e4", "avant"});
-  constexpr auto after = std::to_array<std::string_view>(
-      {"post", "after", "follow", "followup", "fu", "final", "retention", "nach", "nachher", "apr\u00e8s"});
+  constexpr auto before =
+      std::to_array<std::string_view>({"pre", "before", "baseline", "base", "initial", "test", "entry", "admission",
+                                       "vor", "vorher", "prae", "pr\u00e4", "eingang", "aufnahme", "avant"});
+  constexpr auto after =
+      std::to_array<std::string_view>({"post", "after", "follow", "followup", "fu", "final", "retention", "retest",
+                                       "exit", "discharge", "nach", "nachher", "ausgang", "entlassung", "apr\u00e8s"});
   const std::string text = lower_case(session);
   const auto end = std::ranges::find_if_not(
       text, [](char c) { return (c >= 'a' && c <= 'z') || static_cast<unsigned char>(c) > 127; });

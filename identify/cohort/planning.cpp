@@ -112,7 +112,7 @@ void check_mean(const sim::ParameterInfo& info, double at, double difference, do
     throw Error(Code::setting_out_of_range, "power",
                 std::string(shift == 0.0 ? "the mean of " : "the second group's mean of ") + info.name +
                     format(" is %g", mean) + info.unit_after(),
-                format("give one between %g and %g", info.low, info.high) + info.unit_after() +
+                format("give one above %g and below %g", info.low, info.high) + info.unit_after() +
                     (hint.empty() ? info.unit_hint() : hint));
   }
 }

@@ -2,6 +2,7 @@
 #include "identify/study/recording_plan.hpp"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <iterator>
 #include <map>
@@ -20,6 +21,33 @@ namespace decid {
 namespace {
 
 using Likeness = PathKey::Likeness;
+using ReadingOptions = std::vector<std::pair<std::string, std::string>>;
+
+/// Returns the options of the sheet that say which part of a file is the recording.
+ReadingOptions part_options(const PlannedRecording& planned) {
+  constexpr std::array names{"section",      "column",     "begin",          "leg_column",
+                             "trunk_column", "hip_column", "shoulder_column"};
+  ReadingOptions found = planned.options;
+  std::erase_if(found, [&](const auto& option) { return std::ranges::find(names, option.first) == names.end(); });
+  return found;
+}
+
+/// Gives recordings of one name labels, by the options in which they differ.
+void label_parts(std::vector<PlannedRecording>& recordings) {
+  std::map<std::string, std::vector<std::size_t>> of_name;
+  for (std::size_t i = 0; i < recordings.size(); ++i)
+    if (!recordings[i].error) of_name[recordings[i].source.name()].push_back(i);
+  for (const auto& [name, some] : of_name) {
+    std::map<std::pair<std::string, std::string>, std::size_t> count;
+    for (const std::size_t i : some)
+      for (const auto& option : part_options(recordings[i])) ++count[option];
+    for (const std::size_t i : some) {
+      ReadingOptions own = part_options(recordings[i]);
+      std::erase_if(own, [&](const auto& option) { return count[option] == some.size(); });
+      recordings[i].source.label = joined(own, " ", [](const auto& option) { return option.second; });
+    }
+  }
+}
 
 /// Returns the path of a sheet's cell: relative to the sheet's folder, with slashes.
 std::filesystem::path path_beside(const StudySheet& sheet, std::string cell) {
@@ -56,6 +84,7 @@ class Planner {
       plan_sheet();
     else
       plan_call();
+    label_parts(plan_.recordings);
     return std::move(plan_);
   }
 
@@ -109,19 +138,17 @@ class Planner {
   /// Adds a recording of the call with the lines that are of it.
   void plan_source(std::size_t i) {
     std::vector<std::size_t> best;
-    Likeness likeness = Likeness::none;
-    std::size_t parts = 0;
+    std::pair best_rank(std::size_t{0},
+                        Likeness::none);  // a line with folders is surer than one in the same letter case
     for (std::size_t line = 0; line < lines().size(); ++line) {
       if (lines()[line].file.empty()) continue;
-      const Likeness here = likeness_of(i, line);
-      if (here == Likeness::none) continue;
-      used_[line] = true;
-      const auto rank = std::pair(here, line_keys_[line].parts());
-      if (rank > std::pair(likeness, parts)) best.clear();
-      if (rank < std::pair(likeness, parts)) continue;
-      std::tie(likeness, parts) = rank;
+      const std::pair rank(line_keys_[line].parts(), likeness_of(i, line));
+      if (rank.second == Likeness::none || rank < best_rank) continue;
+      if (rank > best_rank) best.clear();
+      best_rank = rank;
       best.push_back(line);
     }
+    for (const std::size_t line : best) used_[line] = true;
     if (best.size() > 1)
       return add(sources_[i], lines()[best[0]],
                  Error(Code::value_invalid, sources_[i].name(),
@@ -133,9 +160,26 @@ class Planner {
     for (const std::size_t line : found.fitting) used_[line] = true;
     if (found.line) return add(sources_[i], lines()[*found.line]);
     if (!found.fitting.empty()) return add_unclear(i, found.fitting[0], found.fitting[1]);
+    const std::string sheet = plan_.sheet->file.string();
+    if (found.elsewhere.empty())
+      return add(sources_[i], SheetLine{},
+                 Error(Code::value_missing, sources_[i].name(), "has no line in " + sheet,
+                       "add a line with its file or its participant_id"));
+    const SheetEntry& person = lines()[found.elsewhere.front()].entry;
     add(sources_[i], SheetLine{},
-        Error(Code::value_missing, sources_[i].name(), "has no line in " + plan_.sheet->file.string(),
-              "add a line with its file or its participant_id"));
+        Error(
+            Code::value_missing, sources_[i].name(),
+            "has no line of its session in " + sheet + ": " + person.participant + " has " + sessions(found.elsewhere),
+            "correct the session of the line, or of the file's name or folder"));
+  }
+
+  /// Returns "session pre" or "sessions pre and post" of the lines.
+  std::string sessions(const std::vector<std::size_t>& some) const {
+    std::vector<std::string> names;
+    for (const std::size_t line : some)
+      if (std::ranges::find(names, lines()[line].entry.session) == names.end())
+        names.push_back(lines()[line].entry.session);
+    return (names.size() == 1 ? "session " : "sessions ") + joined(names, " and ");
   }
 
   /// Returns the likeness of a recording and a line's file; "long.csv" is also the file of "long.csv#2".
@@ -337,7 +381,7 @@ class Planner {
   std::optional<std::vector<PathKey>> near_;  // files below the sheet's folder, once they are needed
   std::vector<bool> used_;                    // lines
   /// Numbers of the lines that name recordings: of a recording, a protocol and options of reading.
-  std::map<std::tuple<std::string, std::string, std::vector<std::pair<std::string, std::string>>>, std::size_t> named_;
+  std::map<std::tuple<std::string, std::string, ReadingOptions>, std::size_t> named_;
 };
 
 }  // namespace
@@ -366,13 +410,14 @@ RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& so
 }
 
 void refuse_repeated(const RecordingPlan& plan, const std::string& option) {
-  std::map<std::pair<std::filesystem::path, std::string>, std::string> names;
+  std::map<std::tuple<std::filesystem::path, std::string, ReadingOptions>, std::string> names;
   for (const PlannedRecording& planned : plan.recordings) {
     if (planned.error) continue;
     const RecordingSource& source = planned.source;
     std::error_code failed;
     const std::filesystem::path place = std::filesystem::canonical(source.file, failed);
-    const auto [first, is_new] = names.try_emplace({failed ? source.file : place, source.trial}, source.name());
+    const auto [first, is_new] =
+        names.try_emplace({failed ? source.file : place, source.trial, part_options(planned)}, source.name());
     if (is_new) continue;
     const std::string& other = first->second;
     throw Error(Code::setting_conflict, source.name(),

@@ -56,8 +56,9 @@ RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadO
 /// counts in paths, a person may be in two groups, and recordings have no warnings.
 enum class Choice { by_call, by_sheet, for_groups };
 
-/// Plans the recordings of a sheet. A line with a file is of the recordings whose path ends with it (path_match.hpp); a
-/// line without one is of all recordings whose path names its participant, and its session if it has one. Both lines
+/// Plans the recordings of a sheet. A line with a file is of the recordings whose path ends with it (path_match.hpp);
+/// of several, by_call, the line with the most folders counts, then the one in the recording's letter case and ending.
+/// A line without one is of all recordings whose path names its participant, and its session if it has one. Both lines
 /// count for a recording; its own comes first, then `reading` and reading.body. Paths in the sheet are relative to its
 /// folder. If no line has a session, the session is LABEL of "ses-LABEL" in the path (PathKey). A weight or height that
 /// both lack is that of another line of the person (`body_of_other_line`), before reading.body. The sheet is no
@@ -69,8 +70,9 @@ enum class Choice { by_call, by_sheet, for_groups };
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading);
 
-/// Throws Error if two of the recordings are one, also through another path or a link. `option`: what reads each
-/// once, for the message. A sheet's lines that name one again have an error already.
+/// Throws Error if two of the recordings are one, also through another path or a link: the same file, trial and, by the
+/// sheet, section, columns and begin. `option`: what reads each once, for the message. A sheet's lines that name one
+/// again have an error already.
 void refuse_repeated(const RecordingPlan& plan, const std::string& option);
 
 }  // namespace decid

@@ -2,8 +2,10 @@
 #include "identify/study/study_results.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <map>
 #include <numeric>
+#include <string_view>
 #include <utility>
 
 #include "base/parallel.hpp"
@@ -214,12 +216,31 @@ bool PlanFitter::fit(std::span<RecordingResult> read, const FitProgress& progres
       read, [&](std::size_t i) -> Fitter& { return *fitters_[read[i].setting]; }, progress, fitted, groups);
 }
 
+void warn_of_same_sway(std::span<RecordingResult> recordings) {
+  std::map<std::string_view, std::vector<RecordingResult*>> same;
+  for (RecordingResult& one : recordings) {
+    if (one.error) continue;
+    const std::span<const std::byte> bytes = std::as_bytes(std::span(one.trial.sway_rad()));
+    same[{reinterpret_cast<const char*>(bytes.data()), bytes.size()}].push_back(&one);
+  }
+  for (const auto& [sway, copies] : same)
+    for (std::size_t k = 0; copies.size() > 1 && k < copies.size(); ++k) {
+      if (has_code(copies[k]->warnings, "same_content")) continue;
+      Warnings copied;
+      add_caution(copied, "same_content",
+                  "has the same sway as " + copies[k == 0 ? 1 : 0]->file +
+                      ", sample by sample: a copy is neither another person nor another trial; leave one of them out");
+      copies[k]->warnings = most_severe_first({copied, copies[k]->warnings});
+    }
+}
+
 Report identify_plan(const Model& model, const std::string& name, const RecordingPlan& plan) {
   PlanIdentifier identifier(model, name, plan, plan.recordings.size());
   Report report = identifier.report();
   std::vector<std::size_t> places(plan.recordings.size());
   std::iota(places.begin(), places.end(), std::size_t{0});
   report.recordings = identifier.identify(places);
+  warn_of_same_sway(report.recordings);
   return report;
 }
 

@@ -69,6 +69,10 @@ class PlanFitter {
 /// Sets the parts of a result that the plan says, and adds the plan's warnings, unless it has them.
 void set_planned(RecordingResult& result, const PlannedRecording& planned);
 
+/// Adds a warning (`same_content`) to recordings whose sway is another one's, sample by sample, unless they have it: a
+/// copy in a file of another format, or a column or a sheet that is named in two ways.
+void warn_of_same_sway(std::span<RecordingResult> recordings);
+
 /// Identifies all recordings of a plan.
 Report identify_plan(const Model& model, const std::string& name, const RecordingPlan& plan);
 

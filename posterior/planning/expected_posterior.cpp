@@ -41,7 +41,7 @@ void check_plan(const Density& density, const PlannedRecordings& planned) {
     if (planned.at && !((*planned.at)[p] > table[p].low && (*planned.at)[p] < table[p].high))
       throw Error(Code::setting_out_of_range, "design, " + table[p].name,
                   format("is %g", (*planned.at)[p]) + table[p].unit_after(),
-                  format("give a value between %g and %g", table[p].low, table[p].high) + table[p].unit_after() +
+                  format("give a value above %g and below %g", table[p].low, table[p].high) + table[p].unit_after() +
                       table[p].unit_hint() + mgh_hint(table[p], (*planned.at)[p]));
   }
   if (!some)

@@ -257,6 +257,19 @@ TEST_CASE("predictive check: stimuli with one cycle, and draws that fall") {
   CHECK(none.standing < 100);
   CHECK(none.figures.empty());
   CHECK(contains(none.warning(), "the body stands in 0"));
+
+  // The smallest p is 2 / (standing + 1): a figure that no trial has must be able to warn.
+  std::vector<float> large = recorded(state(), 1);
+  for (float& value : large) value *= 8.0F;
+  for (const int standing : {199, 200}) {
+    std::vector<State> draws(PredictiveCheck::trials, falling);
+    std::fill_n(draws.begin(), standing, state());
+    const PredictiveCheck some = check(large, draws);
+    CHECK(some.standing == standing);
+    CHECK(some.figures.empty() == (standing < 200));
+    if (!some.figures.empty()) CHECK(std::ranges::min(some.figures, {}, &CheckedFigure::p).p < PredictiveCheck::odd);
+    CHECK_FALSE(some.warning().empty());
+  }
 }
 
 TEST_CASE("predictive check: errors") {

@@ -86,7 +86,7 @@ std::string note_on_groupless(const RecordingPlan& plan, const GroupTable& group
 GroupTable read_groups(const GroupFlags& flags, const RecordingFlags& recordings, const RecordingPlan& plan,
                        bool quiet) {
   if (!flags.given()) return {};
-  refuse_repeated(plan, "--group");
+  refuse_repeated(plan, !flags.table.empty() ? "--group" : !flags.within.empty() ? "--within" : "--covariates");
   const std::size_t min_groups = flags.within.empty() && flags.covariates.empty() ? 2 : 1;
   const std::string& table = flags.table;
   std::error_code ignored;

@@ -38,9 +38,10 @@ FittingLines PersonLines::find(const PathKey& path) const {
     named.push_back(line);
   }
   // Before sessions: a folder of a person whose lines are of other sessions does not leave its files to other people.
-  std::vector<std::size_t> fitting = clearest(std::move(named), participants);
+  const std::vector<std::size_t> of_person = clearest(std::move(named), participants);
+  std::vector<std::size_t> fitting = of_person;
   std::erase_if(fitting, [&](std::size_t line) { return !lines_[line].session.empty() && sessions[line] == none; });
-  if (fitting.empty()) return {};
+  if (fitting.empty()) return {std::nullopt, {}, of_person};
   if (std::vector<std::size_t> two = find_unlike(fitting, &Line::participant); !two.empty())
     return {std::nullopt, std::move(two)};
   const std::vector<std::size_t> best = clearest(fitting, sessions);

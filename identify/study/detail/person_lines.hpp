@@ -18,6 +18,7 @@ namespace decid {
 struct FittingLines {
   std::optional<std::size_t> line;   ///< the recording's; none if the path fits no line, or several equally well
   std::vector<std::size_t> fitting;  ///< all of the recording's person; without `line` two of other people or sessions
+  std::vector<std::size_t> elsewhere = {};  ///< without any of these: the person's lines, whose sessions the path lacks
 };
 
 /// The participants and sessions of a sheet's lines, as text_key() compares them.

@@ -277,6 +277,8 @@ TEST_CASE("cohort: the later of two sessions, also by words") {
                                       {"2024-03-31", "2024-05-01"},
                                       {"pre", "week 6"},
                                       {"baseline", "follow-up"},
+                                      {"test", "retest"},
+                                      {"Eingang", "Ausgang"},
                                       {"post 1", "post 2"}})
     CHECK(second_is_later(first, second));
   for (const auto& [first, second] : {std::pair("post", "pre"),
@@ -284,6 +286,8 @@ TEST_CASE("cohort: the later of two sessions, also by words") {
                                       {"Nachher", "Vorher"},
                                       {"follow-up", "pre"},
                                       {"fu1", "t0"},
+                                      {"retest", "test"},
+                                      {"Entlassung", "Aufnahme"},
                                       {"month 3", "pre"}})
     CHECK_FALSE(second_is_later(first, second));
 }

@@ -71,3 +71,25 @@ TEST_CASE("refuse_repeated: a recording that is given twice, also through a link
         },
         Code::setting_conflict, other);
 }
+
+TEST_CASE("warn_of_same_sway: two recordings with the same samples have a caution, once") {
+  const auto result = [](const char* file, std::vector<float> sway) {
+    RecordingResult made;
+    made.file = file;
+    made.trial = recording::make_trial(std::move(sway));
+    return made;
+  };
+  std::vector<RecordingResult> all{result("a.csv", {1.0F, 2.0F}), result("b.csv", {1.0F, 2.5F}),
+                                   result("a.xlsx", {1.0F, 2.0F}), result("c.csv", {1.0F, 2.0F})};
+  add_caution(all[3].warnings, "same_content", "holds the same bytes as a.csv");
+  all.push_back(result("none.csv", {}));
+  all.back().error = Error(Code::file_missing, "none.csv", "is missing", "copy it");
+  warn_of_same_sway(all);
+  std::vector<std::size_t> counts;
+  for (const RecordingResult& one : all) counts.push_back(one.warnings.size());
+  CHECK(counts == std::vector<std::size_t>{1, 0, 1, 1, 0});
+  CHECK(all[0].trust() == Trust::caution);
+  CHECK(contains(all[0].warnings[0].text, "a.xlsx"));
+  CHECK(contains(all[2].warnings[0].text, "a.csv"));
+  CHECK(contains(all[3].warnings[0].text, "bytes"));
+}

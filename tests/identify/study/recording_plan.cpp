@@ -313,3 +313,50 @@ TEST_CASE("plan_of: a line without a body has that of the person's other lines, 
   check_has(all[5].error, Code::value_invalid, "'16'");
   CHECK_FALSE(all[6].error);
 }
+
+TEST_CASE("plan: a line with a folder is surer than a bare name, whatever its letter case and ending") {
+  const TemporaryFolder folder;
+  const RecordingPlan plan = plan_of_text(folder, "participant_id\tfile\nP\topen.csv\nQ\tb10/open.csv\nR\tC/open\n",
+                                          {"A/open.csv", "B10/open.csv", "c/open.csv"}, Choice::by_call);
+  REQUIRE(plan.recordings.size() == 3);
+  CHECK(plan.recordings[0].entry.participant == "P");
+  CHECK(plan.recordings[1].entry.participant == "Q");
+  CHECK(plan.recordings[2].entry.participant == "R");
+  // A line that another one outdoes everywhere is of no recording.
+  const RecordingPlan outdone = plan_of_text(folder, "participant_id\tfile\nP\topen.csv\nQ\tb10/open.csv\n",
+                                             {"B10/open.csv"}, Choice::for_groups);
+  CHECK(outdone.unused == std::vector<std::size_t>{0});
+}
+
+TEST_CASE("plan: a recording of a session that its person's lines lack says which ones they have") {
+  const TemporaryFolder folder;
+  const RecordingPlan plan =
+      plan_of_text(folder, "participant_id\tsession\n1\tpre\n1\tpost\n2\tpre\n",
+                   {"sub-1/ses-pre/t.csv", "sub-1/ses-1/t.csv", "sub-3/ses-pre/t.csv"}, Choice::by_call);
+  REQUIRE(plan.recordings.size() >= 3);
+  CHECK_FALSE(plan.recordings[0].error);
+  check_has(plan.recordings[1].error, Code::value_missing, "1 has sessions pre and post");
+  check_has(plan.recordings[2].error, Code::value_missing, "has no line in");
+}
+
+TEST_CASE("plan: parts of a file that a sheet names have names of their own, and each counts") {
+  const TemporaryFolder folder;
+  const RecordingPlan plan = plan_of_text(folder,
+                                          "participant_id\tsession\tfile\tsection\tcolumn\tunit\n"
+                                          "A\t1\tbook.xlsx\tTrial 1\tsway\tdeg\nA\t2\tbook.xlsx\tTrial 2\tsway\tdeg\n"
+                                          "B\t1\tsides.csv\tn/a\tleft\tdeg\nB\t2\tsides.csv\tn/a\tright\tdeg\n"
+                                          "C\t1\tone.csv\tn/a\tsway\tdeg\n",
+                                          {"book.xlsx", "sides.csv", "one.csv"}, Choice::by_sheet);
+  REQUIRE(plan.recordings.size() == 5);
+  std::vector<std::string> names;
+  for (const PlannedRecording& one : plan.recordings)
+    names.push_back(one.source.name().substr(one.source.name().rfind('/') + 1));
+  CHECK(names == std::vector<std::string>{"book.xlsx#Trial 1", "book.xlsx#Trial 2", "sides.csv#left", "sides.csv#right",
+                                          "one.csv"});
+  CHECK_NOTHROW(refuse_repeated(plan, "--joint"));
+  const RecordingPlan twice = plan_of_text(folder,
+                                           "participant_id\tfile\tsection\tinvert\nA\tbook.xlsx\tTrial 1\tsway\n"
+                                           "A\tbook.xlsx\tTrial 1\tn/a\n",
+                                           {"book.xlsx"}, Choice::by_sheet);
+  check_error([&] { refuse_repeated(twice, "--joint"); }, Code::setting_conflict, "--joint");
+}

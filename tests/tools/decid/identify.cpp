@@ -213,6 +213,19 @@ TEST_CASE("a single recording that cannot be used: JSON and tables have its erro
   }
 }
 
+TEST_CASE("recordings without a fit leave the file of draws as it was; a file named behind -- is found again") {
+  const Folder folder;
+  const std::string none = folder / "none.csv", draws = write_text(folder / "d.csv", "before").string();
+  CHECK(run_decid("fit --max-draws 8 " + none + " " + folder / "no.csv" + " --draws " + draws).code == 2);
+  CHECK(read_text(draws) == "before");
+
+  const std::string here = "cd " + folder / "." + " && ";
+  run_ok("simulate --seed 3 -o ./-x.csv", here);
+  run_ok("identify --quiet -o m.json -- -x.csv", here);
+  CHECK(Json::parse(read_text(folder / "m.json"))["arguments"] == Json{"--", "-x.csv"});
+  run_ok("rerun m.json", here);
+}
+
 TEST_CASE("an output option that names the standard output has it for itself") {
   const Folder folder;
   run_ok("simulate -o " + folder / "a.csv");

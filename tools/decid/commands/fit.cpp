@@ -162,6 +162,7 @@ Report report_of_begun(const FitOptions& options, const PlanFitter& fitter, FitR
     if (options.groups.given()) members.push_back(groups.members[i]);
   }
   groups.members = std::move(members);
+  warn_of_same_sway(report.recordings);
   if (options.groups.given()) report.groups = report_groups(std::move(groups), report);
   return report;
 }

@@ -80,6 +80,7 @@ void run_identify(IdentifyOptions options, const Command& command) {
 
   Report report = identify_all(options, model, plan);
   if (!is_root()) return;
+  warn_of_same_sway(report.recordings);
   if (options.groups.given()) report.groups = report_groups(groups, report);
   report.model = model_name(options.model);
   report.options = command.given(options_reported_elsewhere);

@@ -108,13 +108,15 @@ class Captured {
 /// prints.
 std::string run(const Call& call, const std::string& output, const CommonOptions& common) {
   std::vector<std::string> words{"decid", call.command};
-  words.insert(words.end(), call.arguments.begin(), call.arguments.end());
+  const auto files = std::ranges::find(call.arguments, "--");  // whose names begin with a hyphen, if they follow this
+  words.insert(words.end(), call.arguments.begin(), files);
   if (output.empty())
     words.emplace_back("--json");
   else
     words.insert(words.end(), {"--output", output});
   if (common.quiet) words.emplace_back("--quiet");
   if (common.threads > 0) words.insert(words.end(), {"--threads", std::to_string(common.threads)});
+  words.insert(words.end(), files, call.arguments.end());
   std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());
   const Program program("decid", "", version);

@@ -121,6 +121,7 @@ void add_lines(const FitFigures& fit, const std::vector<std::string>& names, con
 
 void write_draws(const std::filesystem::path& path, const Report& report, std::span<const std::size_t> places,
                  std::size_t count) {
+  if (std::ranges::none_of(report.recordings, [](const RecordingResult& id) { return id.fit.has_value(); })) return;
   const std::vector<std::string> names = report.protocol.parameters().names();
   const bool is_csv = path.extension() == ".csv" || path.extension() == ".CSV";
   Arrays arrays;

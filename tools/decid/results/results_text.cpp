@@ -214,6 +214,8 @@ std::string report_text(const Report& report) {
 Call record_call(const Command& command, const std::vector<std::string>& inputs,
                  const std::vector<std::string>& named) {
   Call call{command.name(), command.arguments(), hash_inputs(inputs), {}};
+  const auto may_be_option = [](const std::string& file) { return file.starts_with('-') && file.size() > 1; };
+  if (std::ranges::any_of(named, may_be_option)) call.arguments.emplace_back("--");
   call.arguments.insert(call.arguments.end(), named.begin(), named.end());
   return call;
 }

@@ -33,6 +33,7 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   const auto parted = run_ok(command + " --trials 3 --resume --figure " + folder / "c.svg");
   CHECK(Json::parse(parted.out)["parts"]["damping_ratio"].size() == 3);
   CHECK(contains(read_text(folder / "c.svg"), "theta"));
+  check_refused(command + " --trials 2 --resume", "3 trials");
   // In words: every parameter, the scores, and the parts that three trials make.
   const auto said = run_ok(std::string(command).replace(command.find(" --json"), 7, "") + " --trials 3 --resume");
   CHECK(said.out.starts_with("3 trials, chains of "));

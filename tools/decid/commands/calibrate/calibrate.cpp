@@ -200,6 +200,10 @@ struct TrialsRun {
 /// Fits the trials that the calibration does not have yet, and writes the output after each batch.
 void fit_trials(TrialsRun& run) {
   const CalibrateOptions& options = run.options;
+  if (const std::size_t done = run.trials.size(); done > static_cast<std::size_t>(options.trials))
+    throw Error(Code::setting_conflict, "--trials",
+                format("is %d, and %s has %zu trials", options.trials, options.output.c_str(), done),
+                format("give --trials %zu or more, or another --output", done));
   ProgressBar bar("calibrate", "trials", options.trials, options.common.quiet);
   if (options.resume)
     bar.line(resuming_text(options.output, run.trials.size(), static_cast<std::size_t>(options.trials), "trials"));
