@@ -11,15 +11,12 @@
 #include "base/text.hpp"
 
 namespace decid {
-namespace {
-
 namespace fs = std::filesystem;
 
 bool is_hidden(const fs::path& path) {
-  return path.filename().string().starts_with('.');
+  const std::string name = path.filename().string();
+  return name.starts_with('.') || name.starts_with("~$");
 }
-
-}  // namespace
 
 bool has_ending_of_recordings(const fs::path& path) {
   return std::ranges::find(endings_of_recordings, lower_case(path.extension().string())) != endings_of_recordings.end();

@@ -272,11 +272,11 @@ TEST_CASE("set_planned: a result has the sheet's warnings once, before its other
 TEST_CASE("recordings_below: files that may be recordings, by name, not what describes them") {
   const TemporaryFolder folder;
   sources(folder, {"b/t.CSV", "a.mat", "b/.hidden.csv", ".git/x.csv", "participants.tsv", "b/sub-1_channels.tsv",
-                   "README.txt", "report.pdf", "c.trc"});
+                   "README.txt", "report.pdf", "c.trc", "d.lvm", "~$e.xlsx"});
   std::vector<std::string> found;
   for (const std::filesystem::path& path : recordings_below(folder.path()))
     found.push_back(path.lexically_relative(folder.path()).string());
-  CHECK(found == std::vector<std::string>{"a.mat", "b/t.CSV", "c.trc"});
+  CHECK(found == std::vector<std::string>{"a.mat", "b/t.CSV", "c.trc", "d.lvm"});
   CHECK(recordings_below(folder / "none").empty());
 }
 

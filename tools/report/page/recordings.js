@@ -48,7 +48,7 @@ function nextSteps({ trust }) {
   const items = trust === "not usable" ? ["Correct the recording or its settings as described above, then analyse it again."]
     : [...(trust === "caution" ? ["Follow the advice of each warning above, then analyse the recording again."] : []),
       "Compare people by the values relative to gravity, from recordings of the same protocol.",
-      "Two recordings whose 90% intervals overlap may or may not differ. An interval of the difference tells (--group, --within)."];
+      "Two recordings whose 90% intervals overlap may or may not differ. Use --group or --within: they give an interval of the difference."];
   return element("div", {}, element("h3", {}, "Next steps"),
     element("ul", { class: "plain" }, ...items.map(text => element("li", {}, text)), trust === "not usable" ? null : other));
 }
