@@ -265,7 +265,8 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   const Warnings all = most_severe_first(
       {result.warnings, unlike_simulated, result.explanation.warnings, out_of_distribution,
        response_ratio_warnings(result.explanation, start_explains), tilt_warnings(density, found, trial),
-       posterior_warnings(density, prepared.observation, found, network.use), network.contradictions});
+       posterior_warnings(density, prepared.observation, found, network.use), falling_warnings(figures.check),
+       network.contradictions});
   result.warnings = without_refused_lean(most_severe_first({refuse_unexplained(all)}));
   keep_figures(figures, density, prepared.observation, report_.fit->keeps_log_likelihood);
 }
@@ -299,6 +300,7 @@ void Fitter::fit_others(RecordingResult& result, const Prepared& prepared, const
     fit.posterior.drop_points();
     fit.check = other.checker.check(fit.posterior.states(), trial, settings.seed);
     fit.warnings = posterior_warnings(density, observation, fit.posterior, NetworkUse::none);
+    append(fit.warnings, falling_warnings(fit.check));
     if (const std::string unlike = fit.check.warning(); !unlike.empty())
       add_caution(fit.warnings, "unlike_simulated", unlike);
     fit.sway_rad = std::move(inferred.sway_rad);

@@ -221,6 +221,18 @@ Warnings tilt_warnings(const Density& density, const Posterior& found, const rec
   return {{severity, "tilt_not_followed", "the sway does not measurably follow the tilt" + at_ends + remedy}};
 }
 
+Warnings falling_warnings(const PredictiveCheck& check) {
+  Warnings warnings;
+  const int falling = PredictiveCheck::trials - check.standing;
+  if (20 * falling > PredictiveCheck::trials)
+    add_caution(warnings, "draws_fall",
+                format("in %d of %d trials simulated from the draws the body falls: the draws include controllers with "
+                       "which this body cannot stand, so means and intervals are off; give narrower ranges with %s, "
+                       "first of the delay",
+                       falling, PredictiveCheck::trials, setting("range").c_str()));
+  return warnings;
+}
+
 Warnings refuse_unexplained(Warnings warnings) {
   const auto has = [&](std::string_view code) { return std::ranges::count(warnings, code, &Warning::code) > 0; };
   if (!has("out_of_distribution") || !(has("unexplained_sway") || has("unlike_simulated"))) return warnings;

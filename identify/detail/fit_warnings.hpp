@@ -6,6 +6,7 @@
 
 #include "base/warning.hpp"
 #include "identify/estimate.hpp"
+#include "identify/predictive_check.hpp"
 #include "posterior/posterior.hpp"
 #include "recording/trial.hpp"
 
@@ -25,6 +26,10 @@ std::vector<int> at_edge(const posterior::Density& density, const posterior::Pos
 /// `unexplained_sway`.
 Warnings posterior_warnings(const posterior::Density& density, const posterior::Observation& observation,
                             const posterior::Posterior& found, NetworkUse network);
+
+/// Returns `draws_fall` if the body falls in more than a twentieth of the trials that are simulated from the draws:
+/// these draws are controllers with which no recorded body stands.
+Warnings falling_warnings(const PredictiveCheck& check);
 
 /// Returns true if tilt_warnings() of some posterior are not empty.
 bool may_not_follow_tilt(const recording::Trial& trial);

@@ -16,6 +16,17 @@
 
 namespace decid {
 
+TEST_CASE("draws with which the body falls are a caution from a twentieth of the simulated trials on") {
+  for (const auto& [standing, count] : {std::pair(400, 0), {380, 0}, {379, 1}, {0, 1}}) {
+    PredictiveCheck check;
+    check.standing = standing;
+    const Warnings found = falling_warnings(check);
+    REQUIRE(found.size() == static_cast<std::size_t>(count));
+    if (count > 0) CHECK(found[0].code == "draws_fall");
+    if (count > 0) CHECK(found[0].severity == Severity::caution);
+  }
+}
+
 TEST_CASE("warnings of a posterior: quantities at the end of their priors, and chains by their R-hats") {
   const sim::Protocol protocol = test::sines_protocol();
   const std::vector<float> sway = test::recorded(protocol, test::some_parameters(), 0.02, 0);

@@ -34,7 +34,7 @@ enum class CsvStyle { plain, excel_comma, excel_point };
 /// LANG).
 CsvStyle parse_csv_style(const std::string& excel);
 
-/// Returns the table with numbers in place of the texts of each copied column that has only numbers, such as ages.
+/// Returns the table with numbers instead of the texts of each copied column that has only numbers, such as ages.
 /// Numbers of persons ("007") stay texts, and so do decimal commas.
 ResultTable with_numbers(ResultTable table);
 
