@@ -49,7 +49,7 @@ std::string parameters_text(const RecordingResult& id, const Report& report) {
 std::string check_text(const PredictiveCheck& check) {
   if (check.figures.empty()) return {};
   const auto text_of = [](const CheckedFigure& figure) { return format("%s %.2g", figure.name.c_str(), figure.p); };
-  return "  predictive check, two-sided p: " + joined(check.figures, ", ", text_of) + "\n";
+  return "  predictive check, p: " + joined(check.figures, ", ", text_of) + "\n";
 }
 
 /// Returns the table of the fitted controllers, the one that answers first.

@@ -156,7 +156,7 @@ function checkTable(recording) {
     : figure.name === "level" ? "Level, rms" : figure.name === "frequency response" ? "Frequency response, distance" : "Largest sway";
   const heading = (text, kind = "number") => element("th", { scope: "col", class: kind }, text);
   const unit = figure => unitOf(figure);
-  return element("div", {}, element("p", { class: "note" }, `Compared with ${standing} trials simulated from the posterior, each with new sensory and measurement noise. p is a two-sided Monte Carlo p-value. ` +
+  return element("div", {}, element("p", { class: "note" }, `Compared with ${standing} trials simulated from the posterior, each with new sensory and measurement noise. p is a Monte Carlo p-value, two-sided except for the frequency response. ` +
       `Values below ${oddBelow} are marked; at most one in a hundred is so by chance. The distance of the frequency response is squared, over the trials\u2019 variance: 1 is usual.`), element("div", { class: "scroll" }, element("table", {},
     element("thead", {}, element("tr", {}, heading("Property of the sway", ""), heading("Measured"), heading("90% of simulated trials"), heading("Measured (ring) among simulated", ""), heading("p"))),
     element("tbody", {}, ...figures.map(figure => element("tr", {}, element("th", { scope: "row" }, name(figure)),
