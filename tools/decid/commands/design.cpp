@@ -80,16 +80,17 @@ std::vector<Planned> planned_protocols(const DesignOptions& options, std::vector
                                        : "gives " + same->second + " and " + name + ", which are one protocol",
                   "give it once");
     std::vector<Planned> variants{{name, protocol.name, protocol}};
-    const auto vary = [&](const std::vector<double>& values, const char* unit, auto make) {
+    const auto vary = [&](const std::vector<double>& values, const char* one_of, const char* more_of, auto make) {
       if (values.empty()) return;
       std::vector<Planned> next;
       for (const Planned& one : variants)
         for (const double value : values)
-          next.push_back({name, one.name + ", " + shown(value) + unit, make(one.protocol, value)});
+          next.push_back(
+              {name, one.name + ", " + shown(value) + (value == 1.0 ? one_of : more_of), make(one.protocol, value)});
       variants = std::move(next);
     };
-    vary(options.amplitudes_deg, " deg", posterior::with_peak_to_peak);
-    vary(options.cycles, " cycles", [](const sim::Protocol& one, double cycles) {
+    vary(options.amplitudes_deg, " deg", " deg", posterior::with_peak_to_peak);
+    vary(options.cycles, " cycle", " cycles", [](const sim::Protocol& one, double cycles) {
       if (cycles != std::floor(cycles))
         throw Error(Code::setting_malformed, "--cycles", shown(cycles) + " is not a whole number",
                     "give whole cycles, such as 1 2 4");

@@ -19,6 +19,7 @@ std::string number_text(double value, const char* pattern) {
 }
 
 std::string interval_text(const std::array<double, 2>& interval) {
+  if (std::isnan(interval[0]) && std::isnan(interval[1])) return "-";
   return number_text(interval[0], "%.4g") + " to " + number_text(interval[1], "%.4g");
 }
 
@@ -301,7 +302,7 @@ std::string own_changes_text(const std::vector<cohort::OwnChange>& changes, cons
 std::string verdicts_text(const Report& report) {
   const GroupVerdicts verdicts = group_verdicts(report);
   if (verdicts.sentences.empty()) return {};
-  std::string text = "Do the groups differ? By " + verdicts.intervals + ":\n";
+  std::string text = "What differs? By " + verdicts.intervals + ":\n";
   for (const std::string& note : verdicts.notes) text += "  note: " + note + "\n";
   for (const std::string& sentence : verdicts.sentences) text += "  " + sentence + "\n";
   return text;

@@ -127,8 +127,8 @@ const shownAs = ({ name }) => report.recordings[0].parameters.find(parameter => 
 
 // Says what the comparisons of groups show.
 function verdictsBox({ intervals, sentences, notes = [] }) {
-  return element("div", { class: "verdict", role: "note", "aria-label": "Do the groups differ?" },
-    element("strong", {}, `Do the groups differ? By ${intervals}:`), ...notes.map(text => element("p", { class: "about" }, text)),
+  return element("div", { class: "verdict", role: "note", "aria-label": "What differs?" },
+    element("strong", {}, `What differs? By ${intervals}:`), ...notes.map(text => element("p", { class: "about" }, text)),
     element("ul", {}, ...sentences.map(text => element("li", {}, text))));
 }
 

@@ -192,7 +192,7 @@ TEST_CASE("groups of recordings with distributions also have a hierarchical mode
   CHECK(contains(heading, " Kp, N m/rad "));
   CHECK(heading.size() == person.size());         // the columns stand below their headings
   const std::string whole = report_text(report);  // the verdicts stand above the recordings
-  CHECK(whole.starts_with("6 recordings: 6 usable\nDo the groups differ?"));
+  CHECK(whole.starts_with("6 recordings: 6 usable\nWhat differs?"));
   CHECK(whole.find("Groups: mean") > whole.find("f ()"));
   CHECK(decid::tools::page_groups(report)["verdicts"]["sentences"].size() == 1);
   CHECK(decid::tools::page_groups(report)["hierarchical"]["draws"] == 4000);
