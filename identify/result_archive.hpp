@@ -16,7 +16,8 @@ void archive(Archive& a, recording::TiltMatch& tilt) {
 }
 template <class Archive>
 void archive(Archive& a, recording::LowPass& filter) {
-  a(filter.order, filter.both_ways, filter.cutoff_hz, filter.rate_hz, filter.gain_low, filter.gain_high);
+  a(filter.order, filter.both_ways, filter.cutoff_hz, filter.rate_hz, filter.gain_low, filter.gain_high,
+    filter.averaged);
 }
 template <class Archive>
 void archive(Archive& a, recording::Trial& trial) {

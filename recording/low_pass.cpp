@@ -1,4 +1,4 @@
-// Butterworth low-passes of recordings: see low_pass.hpp. The spectrum's mean power in a band of n independent bins is
+// Low-passes of recordings: see low_pass.hpp. The spectrum's mean power in a band of n independent bins is
 // gamma distributed about that of the model, so its deviance is 2 n (p / m - log(p / m) - 1); nonnegative sums of known
 // spectra are fitted to it by multiplicative updates: Fevotte, Bertin, Durrieu, Neural Computation 21, 2009.
 #include "recording/low_pass.hpp"
@@ -31,7 +31,8 @@ constexpr double min_gain_of_deviance = 200.0;
 constexpr double min_deviance_of_band = 0.3, max_deviance_of_band = 3.0;  // 1 for the true model and noise
 /// The updates leave this part of the deviance behind steep filters. Unfiltered sway has more.
 constexpr double max_deviance_left = 0.02;
-constexpr double as_likely_deviance = 6.0;  // a likelihood ratio of 20, with a deviance of 1 a band
+constexpr double as_likely_deviance = 6.0;      // a likelihood ratio of 20, with a deviance of 1 a band
+constexpr double cutoff_of_average = 0.442946;  // times the rate over the samples: sin(pi x) / (pi x) = sqrt(1/2)
 constexpr double min_effect = 0.01, min_delay_s = 0.005;
 constexpr double min_gain = 0.1, max_gain_range = 0.08, min_undone_gain = 0.05, much_gain = 0.7;
 
@@ -191,7 +192,20 @@ void add_lower_cutoffs(double max_likely_deviance, Comparison& comparison) {
 
 }  // namespace
 
+LowPass moving_average(int samples, double rate_hz) {
+  LowPass filter;
+  filter.cutoff_hz = cutoff_of_average * rate_hz / samples;
+  filter.rate_hz = rate_hz;
+  filter.averaged = samples;
+  filter.gain_low = filter.gain_high = filter.gain_at(low_pass_hz);
+  return filter;
+}
+
 double LowPass::gain_at(double hz) const {
+  if (averaged > 0) {
+    const double turns = 0.5 * hz / rate_hz, one = sincos_of_turns(turns).sin;
+    return one == 0.0 ? 1.0 : std::abs(sincos_of_turns(averaged * turns).sin / (averaged * one));
+  }
   const double ratio = tan_of(hz, rate_hz) / tan_of(cutoff_hz, rate_hz);
   double power = 1.0;
   for (int i = 0; i < order; ++i) power *= ratio * ratio;
@@ -201,6 +215,7 @@ double LowPass::gain_at(double hz) const {
 // Minus the slope of the phase at 0 Hz: the sum over the poles of cos(angle) / |pole|.
 double LowPass::delay_s() const {
   if (both_ways) return 0.0;
+  if (averaged > 0) return 0.5 * (averaged - 1) / rate_hz;
   return 1.0 / (2.0 * sim::pi * cutoff_hz * sincos_of_turn(1, 4LL * order).sin);
 }
 

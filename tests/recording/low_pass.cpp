@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "base/math/random.hpp"
+#include "base/math/statistics.hpp"
 #include "sim/protocol/conditions.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "sim/simulate.hpp"
@@ -128,6 +130,39 @@ TEST_CASE("a low-pass is found, and undone it gives the sway before it") {
     }
   }
   CHECK(found >= 15);
+}
+
+TEST_CASE("a moving average has the gain and the delay of its definition, and undone it gives the sway before it") {
+  const LowPass ten = moving_average(10, rate_hz);
+  CHECK(ten.order == 0);
+  CHECK(ten.gain_at(0.0) == 1.0);
+  CHECK(near(ten.gain_at(5.0), std::abs(std::sin(0.5 * sim::pi) / (10.0 * std::sin(0.05 * sim::pi))), 1e-12));
+  CHECK(within(ten.gain_at(10.0), 0.0, 1e-15));
+  CHECK(near(moving_average(100, rate_hz).gain_at(moving_average(100, rate_hz).cutoff_hz), std::sqrt(0.5), 1e-3));
+  CHECK(near(ten.delay_s(), 0.045, 1e-12));
+  CHECK(ten.gain_low == ten.gain_at(low_pass_hz));
+  CHECK(can_undo(ten));
+  for (const int samples : {11, 25}) {
+    CAPTURE(samples);
+    const std::vector<float> before = recorded(0.005, 0.0, 0);
+    std::vector<float> sway(before.size());
+    for (std::size_t k = 0; k < sway.size(); ++k) {  // centred
+      double sum = 0.0;
+      for (int i = 0; i < samples; ++i) {
+        const auto at = static_cast<std::ptrdiff_t>(k) + i - samples / 2;
+        sum += double{before[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(at, 0, std::ssize(before) - 1))]};
+      }
+      sway[k] = static_cast<float>(sum / samples);
+    }
+    const auto slow = [](const std::vector<float>& values) {  // fits ignore what is above 2.5 Hz
+      std::vector<float> means;
+      for (std::size_t k = 0; k + 30 <= values.size(); k += 30)
+        means.push_back(static_cast<float>(mean(std::span(values).subspan(k, 30))));
+      return means;
+    };
+    const std::vector<float> undone = undo(moving_average(samples, rate_hz), sway, rate_hz);
+    CHECK(rms(slow(undone), slow(before), 10) < 0.5 * rms(slow(sway), slow(before), 10));
+  }
 }
 
 TEST_CASE("samples beside a gap are left out after undoing a low-pass, which rings there") {

@@ -322,6 +322,7 @@ Smoothing look_for_smoothing(std::span<const double> sway, double rate_hz, doubl
                 "the sway was smoothed by a moving average of " + three_digits(length_s) +
                     " s, or each value was held for this time: this removes information about the controller, and may "
                     "add to the delay; give unfiltered recordings");
+    found.low_pass = moving_average(static_cast<int>(std::lround(length_s * rate_hz)), rate_hz);
     return found;
   }
   found.low_pass = find_low_pass(sway, rate_hz);

@@ -191,6 +191,7 @@ Json recording_json(const RecordingResult& id, const Report& report) {
     recording["low_pass"] = {{"cutoff_hz", filter->cutoff_hz},
                              {"order", filter->order},
                              {"both_ways", filter->both_ways},
+                             {"average_s", filter->averaged > 0 ? Json(filter->averaged / filter->rate_hz) : Json(nullptr)},
                              {"gain_at_2.5_hz", filter->gain_at(recording::low_pass_hz)}};
   recording["frf"] = explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr);
   recording["trust"] = name(id.trust());
