@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
 #include "sim/protocol/detail/checker.hpp"
 
 namespace decid::sim {
@@ -90,6 +91,10 @@ Participant make_participant(const Body& body) {
               "its inertia of " + setting_text(body.inertia_kgm2) + " kg m2 differs from that of Winter's segments, " +
                   setting_text(inertia) + ", so leg and trunk are unknown",
               "give the body as {\"participant\": {\"mass_kg\": .., \"height_m\": ..}}");
+}
+
+std::string mgh_text(double mgh_nm_rad) {
+  return format(mgh_nm_rad < 99.95 ? "%.3g" : "%.0f", mgh_nm_rad);
 }
 
 }  // namespace decid::sim

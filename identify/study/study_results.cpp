@@ -10,6 +10,7 @@
 #include "base/text.hpp"
 #include "recording/protocol_file.hpp"
 #include "sim/body_model.hpp"
+#include "sim/segments.hpp"
 
 namespace decid {
 
@@ -106,9 +107,10 @@ Warnings prior_warnings(const FitRequest& request, const sim::ParameterTable& pa
   if (high <= low * (1.0 + 1e-9)) return warnings;
   add_info(warnings, "priors_of_all_bodies",
            format("the given range, prior or value of %s is in SI units and the same for all bodies of the call, whose "
-                  "m g h is %.0f to %.0f N m/rad: relative to m g h it differs from body to body; %s/mgh takes values "
+                  "m g h is %s to %s N m/rad: relative to m g h it differs from body to body; %s/mgh takes values "
                   "over m g h",
-                  joined(gains, ", ").c_str(), low, high, gains.front().c_str()));
+                  joined(gains, ", ").c_str(), sim::mgh_text(low).c_str(), sim::mgh_text(high).c_str(),
+                  gains.front().c_str()));
   return warnings;
 }
 

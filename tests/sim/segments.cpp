@@ -75,3 +75,10 @@ TEST_CASE("a person's body has a person's weight and height") {
        {Participant{455.0, 1.8}, {251.0, 2.1}, {187.0, 1.55}, {30.0, 1.75}, {1.75, 70.0}, {70.0, 0.9}})
     CHECK_THROWS_AS(body_of_participant(participant), decid::Error);
 }
+
+TEST_CASE("mgh_text: small bodies have three digits") {
+  CHECK(mgh_text(838.98) == "839");
+  CHECK(mgh_text(99.97) == "100");
+  CHECK(mgh_text(42.38) == "42.4");
+  CHECK(mgh_text(0.21256) == "0.213");
+}
