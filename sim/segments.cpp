@@ -97,4 +97,23 @@ std::string mgh_text(double mgh_nm_rad) {
   return format(mgh_nm_rad < 99.95 ? "%.3g" : "%.0f", mgh_nm_rad);
 }
 
+bool is_person(const Body& body) {
+  try {
+    static_cast<void>(make_participant(body));
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+void refuse_person(const Body& body, const Protocol& protocol, const std::string& where) {
+  const Body& own = protocol.experiment.body;
+  if (is_person(own) || !is_person(body)) return;
+  throw Error(Code::setting_conflict, where,
+              format("a person's body, m g h %s N m/rad, would replace the body of protocol '%s', which is not a "
+                     "person's, m g h %s N m/rad",
+                     mgh_text(body.mgh()).c_str(), protocol.name.c_str(), mgh_text(own.mgh()).c_str()),
+              "leave mass and height out to fit the protocol's body, or delete its \"body\"");
+}
+
 }  // namespace decid::sim

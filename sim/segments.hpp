@@ -49,4 +49,9 @@ Participant make_participant(const Body& body);
 /// Returns m g h, or a stiffness, in N m/rad for users: "839", below 100 with three significant digits ("0.213").
 std::string mgh_text(double mgh_nm_rad);
 
+/// Returns true if the body has a participant (make_participant), unlike a robot's.
+bool is_person(const Body& body);
+/// Throws Error, of `where`, if a person's body is to replace the body of the protocol, which is not a person's.
+void refuse_person(const Body& body, const Protocol& protocol, const std::string& where);
+
 }  // namespace decid::sim

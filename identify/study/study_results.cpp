@@ -173,7 +173,10 @@ PlanFitter::PlanFitter(const Model* model, const sim::Protocol& protocol, const 
       sim::Protocol its_own = setting.protocol.empty() ? protocol : recording::load_protocol(setting.protocol, files);
       use_controller(its_own, protocol, request);
       std::optional<sim::Body> body = setting.body;
-      if (!body && !setting.protocol.empty() && its_own.experiment.body != sim::Body{}) body = its_own.experiment.body;
+      if (body) sim::refuse_person(*body, its_own, "protocol " + its_own.name);
+      // A body that is not a person's is of the call's protocol: the line's own protocol may describe another one.
+      if ((!body || !sim::is_person(*body)) && !setting.protocol.empty() && its_own.experiment.body != sim::Body{})
+        body = its_own.experiment.body;
       fitters_[k] = std::make_unique<Fitter>(model, std::move(its_own), body, request);
     } catch (const Error& error) {
       keep_or_throw(plan, error, errors_[k]);

@@ -192,6 +192,21 @@ TEST_CASE("a fit refuses controllers that it cannot compare") {
   refused(fit("dec,ic"), Code::stopped);
 }
 
+TEST_CASE("a fit does not replace a robot's body, which the protocol has, by a person's") {
+  const TemporaryFolder folder;
+  const std::filesystem::path file =
+      write_text(folder / "robot.json", R"({"body": {"mass_kg": 60, "com_height_m": 0.8, "inertia_kgm2": 42}})");
+  const OwnedProtocol robot = protocol(file.c_str());
+  const Trial4s trial;
+  decid_fit_options options = brief();
+  options.protocol = robot.get();
+  options.mass_kg = 70.0;
+  options.height_m = 1.75;
+  decid_result* result = nullptr;
+  refused(decid_fit(trial.same.get(), trial.recording.get(), &options, &result), Code::setting_conflict);
+  CHECK(result == nullptr);
+}
+
 TEST_CASE("a callback stops a fit") {
   const OwnedRecording recording = make_recording(simulated(7));
   decid_fit_options options = brief();
