@@ -58,7 +58,8 @@ class CsvTable final : public Table {
   char find_separator() const;
   void read_preamble(std::optional<int> skip_lines);
   bool read_names(std::string_view line, std::string_view above);
-  void read_header(std::string_view line);
+  bool is_row_with_words(const std::vector<std::string_view>& cells) const;
+  void read_header(std::string_view line, std::string_view above, std::vector<std::string>& commented);
   void check_columns(std::size_t count) const;
   bool begins_another(std::string_view line) const;
   [[noreturn]] void refuse_sections(std::string_view line, std::size_t line_number) const;
