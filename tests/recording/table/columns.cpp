@@ -38,6 +38,15 @@ TEST_CASE("columns: quantities that are no angle are known by their names and un
   for (const char* name : {"sway deg per s", "sway deg/s", "sway_deg_s", "sway (rad/s)", "sway_mrad_per_s",
                            "angularVelocity", "sway speed", "gyro x", "sway_dps", "SwayVel", "swayvel", "sway_dot"})
     CHECK(quantity(name) == "a velocity");
+  for (const char* name : {"pitch_rate", "pitchRate", "pitchrate", "sway_rate_deg", "body_rate", "imu.pitch_rate_rad",
+                           "dpitch", "omega", "omega_y_rad", "wy", "imu.wy"})
+    CHECK(quantity(name) == "a velocity");
+  for (const char* name : {"rate", "sample_rate", "frame rate", "body_sample_rate", "sway sampling rate", "deg", "d",
+                           "separate", "way", "sway_y"}) {
+    CAPTURE(name);
+    CHECK(quantity(name).empty());
+  }
+  CHECK(quantity("rate_hz") == "a frequency");
   for (const char* name :
        {"sway deg/s2", "sway deg/s^2", "sway (rad/s2)", "angular acceleration", "sway_acceleration", "sway_ddot"})
     CHECK(quantity(name) == "an acceleration");
