@@ -224,7 +224,13 @@ TEST_CASE("a fit refuses priors out of their bounds") {
   decid_fit_options options = brief();
   options.prior_gain = 2.0;
   decid_result* result = nullptr;
-  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range);
+  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, "prior_gain: ");
+  options = brief();
+  options.prior_start_s = -1.0;
+  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, "prior_start_s: ");
+  options = brief();
+  options.prior_noise_deg = 0.0;
+  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, "prior_noise_deg: ");
   options = brief();
   options.parameter_prior_count = 1;
   refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_missing, "parameter_priors");
