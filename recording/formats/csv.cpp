@@ -412,7 +412,18 @@ std::vector<double> CsvTable::times(int column) const {
     }
     values.push_back(value);
   }
+  if (const int nanoseconds = has_header_ ? nanoseconds_beside(names_, column) : -1; nanoseconds >= 0)
+    add_nanoseconds(nanoseconds, values);
   return values;
+}
+
+/// Adds a column of nanoseconds to whole seconds. Does nothing if it is not of nanoseconds below a second.
+void CsvTable::add_nanoseconds(int column, std::vector<double>& seconds) const {
+  const auto is_whole = [](double value) { return value == std::floor(value); };
+  if (!std::ranges::all_of(seconds, is_whole)) return;
+  const std::vector<double> added = numbers(column);
+  if (!std::ranges::all_of(added, [&](double value) { return value >= 0.0 && value < 1e9 && is_whole(value); })) return;
+  for (std::size_t row = 0; row < seconds.size(); ++row) seconds[row] += 1e-9 * added[row];
 }
 
 RowLabels CsvTable::labels(int column) const {

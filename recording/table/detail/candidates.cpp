@@ -16,7 +16,8 @@ namespace {
 
 bool is_counter_name(const std::string& name) {
   const std::vector<std::string> parts = words(name);
-  if (std::ranges::count(parts, "stamp") > 0 || parts.back() == "seq") return true;  // of ROS
+  if (std::ranges::count(parts, "stamp") > 0 || parts.back() == "seq" || is_nanoseconds_name(name))
+    return true;  // of ROS
   return one_of(letters_of(name),
                 {"frame",        "frames",        "frameno", "framenumber", "subframe",      "index",    "idx",
                  "item",         "row",           "nr",      "no",          "sample",        "samples",  "sampleno",

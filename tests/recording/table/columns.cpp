@@ -229,3 +229,23 @@ TEST_CASE("columns: a unit with a factor is refused, and declared by the unit op
   CHECK(find_metres_per_unit("x10_mm") == 1e-3);  // a marker's name
   CHECK(find_metres_per_unit("x [1/10 mm]") == std::nullopt);
 }
+
+TEST_CASE("columns: ROS's times in two columns, whole seconds and nanoseconds, are one time") {
+  const auto text = [](const std::string& header) {
+    return header + "\n1732876342,990000000,1\n1732876343,0,2\n1732876343,10000000,3\n";
+  };
+  for (const char* header : {"sec,nanosec,sway_deg", "secs,nsecs,pitch_deg",
+                             "header.stamp.sec,header.stamp.nanosec,y_deg", "imu.secs,imu.nsecs,angle_deg"}) {
+    CAPTURE(header);
+    const Recording recording = read(text(header));
+    CHECK(near(recording.rate_hz, 100.0, 1e-4));  // doubles of Unix times have steps of 0.24 us
+    REQUIRE(recording.signals.at(com_sway).rad.size() == 3);
+    CHECK(recording.signals.at(com_sway).rad[2] == 3.0 * sim::rad_per_deg);
+  }
+  // Columns of other stems or values are not joined.
+  check_error(reading(text("sec,b.nanosec,sway_deg")), Code::times_uneven);
+  check_error(reading("sec,nanosec,sway_deg\n1,0,1\n2,2000000000,2\n2,3000000000,3\n"), Code::times_uneven);
+  CHECK(nanoseconds_beside({"stamp.sec", "stamp.nanosec"}, 0) == 1);
+  CHECK(nanoseconds_beside({"stamp.sec", "other.nanosec"}, 0) == -1);
+  CHECK(nanoseconds_beside({"time_s", "nanosec"}, 0) == -1);
+}
