@@ -93,6 +93,11 @@ std::vector<double> read_tilt_deg(const std::filesystem::path& path, const sim::
   const std::string& name = table.name(column);
   const std::optional<Unit> said =
       file.says_unit ? std::optional(file.in_degrees ? Unit::degree : Unit::radian) : std::nullopt;
+  if (const std::optional<Unit> named = unit_in(name); said && named && *said != *named)
+    throw Error(Code::setting_conflict, where,
+                "the name of " + name + " has another unit than measured.unit, which is \"" +
+                    (file.in_degrees ? "deg" : "rad") + "\"",
+                "leave measured.unit out, or correct the column's name");
   std::optional<Unit> unit = find_unit(name, said, where, "measured.unit");
   if (!unit) unit = table.unit();
   if (!unit)

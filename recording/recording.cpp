@@ -228,8 +228,8 @@ Recording make_recording(std::span<const double> sway_rad, double rate_hz, bool 
                 "give a whole recording");
   for (std::size_t k = 0; k < sway_rad.size(); ++k)
     if (!std::isfinite(sway_rad[k]))
-      throw Error(Code::value_invalid, "recording", "sample " + std::to_string(k) + " is not finite",
-                  "interpolate missing samples");
+      throw Error(Code::value_invalid, "recording",
+                  "sample " + std::to_string(k + 1) + " (counted from 1) is not finite", "interpolate missing samples");
   const Signal<double>& sway = recording.signals.add({com_sway, "sway", {sway_rad.begin(), sway_rad.end()}});
   check_size(sway, false, mean_is_upright, false, recording);
   return recording;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
 #include "sim/protocol/detail/checker.hpp"
 
 namespace decid::sim {
@@ -90,6 +91,29 @@ Participant make_participant(const Body& body) {
               "its inertia of " + setting_text(body.inertia_kgm2) + " kg m2 differs from that of Winter's segments, " +
                   setting_text(inertia) + ", so leg and trunk are unknown",
               "give the body as {\"participant\": {\"mass_kg\": .., \"height_m\": ..}}");
+}
+
+std::string mgh_text(double mgh_nm_rad) {
+  return format(mgh_nm_rad < 99.95 ? "%.3g" : "%.0f", mgh_nm_rad);
+}
+
+bool is_person(const Body& body) {
+  try {
+    static_cast<void>(make_participant(body));
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+void refuse_person(const Body& body, const Protocol& protocol, const std::string& where) {
+  const Body& own = protocol.experiment.body;
+  if (is_person(own) || !is_person(body)) return;
+  throw Error(Code::setting_conflict, where,
+              format("a person's body, m g h %s N m/rad, would replace the body of protocol '%s', which is not a "
+                     "person's, m g h %s N m/rad",
+                     mgh_text(body.mgh()).c_str(), protocol.name.c_str(), mgh_text(own.mgh()).c_str()),
+              "leave mass and height out to fit the protocol's body, or delete its \"body\"");
 }
 
 }  // namespace decid::sim

@@ -4,6 +4,8 @@
 // height).
 #pragma once
 
+#include <string>
+
 #include "sim/protocol/protocol.hpp"
 
 namespace decid::sim {
@@ -43,5 +45,13 @@ Body make_body(const Segments& segments);
 /// Error if such a participant's inertia differs by more than 0.1%: the body then does not consist of Winter's
 /// segments.
 Participant make_participant(const Body& body);
+
+/// Returns m g h, or a stiffness, in N m/rad for users: "839", below 100 with three significant digits ("0.213").
+std::string mgh_text(double mgh_nm_rad);
+
+/// Returns true if the body has a participant (make_participant), unlike a robot's.
+bool is_person(const Body& body);
+/// Throws Error, of `where`, if a person's body is to replace the body of the protocol, which is not a person's.
+void refuse_person(const Body& body, const Protocol& protocol, const std::string& where);
 
 }  // namespace decid::sim

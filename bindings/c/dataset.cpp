@@ -102,6 +102,7 @@ decid_status decid_dataset_make(const decid_protocol* protocol, const decid_data
   constexpr const char* where = "decid_dataset_make";
   return made(dataset, where, [&] {
     const decid_dataset_options asked = options_of(options, decid_dataset_defaults, where);
+    if (asked.path != nullptr) path_to_write(asked.path, where);
     return std::make_unique<decid_dataset>(make(given(protocol, where, "protocol"), asked));
   });
 }
@@ -117,7 +118,7 @@ decid_status decid_dataset_write(const decid_dataset* dataset, const char* path)
     const StoredDataset& data = given(dataset, where, "dataset").data;
     if (!data.in_memory())
       throw decid::Error(decid::Code::setting_conflict, where, "the data set is a file already", "copy the file");
-    decid::dataset::write_npz(&given(path, where, "path"), data.about());
+    decid::dataset::write_npz(path_to_write(path, where), data.about());
   });
 }
 void decid_dataset_free(decid_dataset* dataset) {

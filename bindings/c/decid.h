@@ -221,7 +221,7 @@ DECID_API const char* decid_trials_name(const decid_trials* trials, size_t index
 DECID_API decid_status decid_recording_read(const char* path, const decid_read_options* options,
                                             decid_recording** recording);
 /* Samples in memory, which are copied: sway of the body's centre of mass, 0 upright, positive in the platform's
-   direction. unit: a decid_unit, DECID_BY_NAME is refused. */
+   direction. unit: a decid_unit, DECID_BY_NAME is refused. Errors count samples from 1. */
 DECID_API decid_status decid_recording_of(const double* sway, size_t samples, double rate_hz, int unit,
                                           decid_recording** recording);
 
@@ -464,7 +464,7 @@ typedef int (*decid_training_progress)(void* user, const decid_training* trainin
 /* NULL, 0 and -1 mean the preset's value, unless a comment gives another meaning. */
 typedef struct decid_train_options {
   size_t size;
-  const char* preset;                   /* docs/guide/models.md lists them ["best"] */
+  const char* preset;                   /* docs/guide/models.md lists them; NULL: "best" ["best"] */
   const char* architecture;             /* layers, one per line */
   const char* head;                     /* "point", "mixture 2" */
   const char* image;                    /* JSON of image settings */

@@ -130,6 +130,13 @@ T& given(T* pointer, const char* where, const char* what) {
   return *pointer;
 }
 
+/// Returns a path to write to. Throws Error if it is null or empty: before the work, which would be in vain.
+inline const char* path_to_write(const char* path, const char* where) {
+  if (given(path, where, "path") == '\0')
+    throw Error(Code::setting_missing, where, "the path is empty", "give the path of a file");
+  return path;
+}
+
 /// Sets how a fit draws. Throws Error for fewer than 8 draws.
 inline void set_sampler(posterior::Settings& settings, std::uint64_t seed, int max_draws, const char* where) {
   if (max_draws < 8)

@@ -227,6 +227,7 @@ std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recordin
   constexpr const char* where = "decid_fit";
   decid::sim::Protocol protocol = asked.protocol != nullptr ? asked.protocol->protocol() : model.model.protocol;
   std::optional<decid::sim::Body> body = make_body(asked.mass_kg, asked.height_m, where);
+  if (body) decid::sim::refuse_person(*body, protocol, where);
   // A protocol of one's own may describe it.
   if (!body && asked.protocol != nullptr && protocol.experiment.body != decid::sim::Body{})
     body = protocol.experiment.body;

@@ -62,7 +62,7 @@ decid_status decid_model_load(const char* path, decid_model** model) {
 decid_status decid_model_save(const decid_model* model, const char* path) {
   return guarded([&] {
     const decid_model& saved = given(model, "decid_model_save", "model");
-    decid::write_file(&given(path, "decid_model_save", "path"), decid::to_bytes(saved.model));
+    decid::write_file(path_to_write(path, "decid_model_save"), decid::to_bytes(saved.model));
   });
 }
 void decid_model_free(decid_model* model) {

@@ -125,7 +125,8 @@ std::vector<double> tilt_of(const decid_samples_options& asked, std::size_t samp
   for (std::size_t k = 0; k < samples; ++k)
     if (!std::isfinite(tilt_rad[k]))
       throw decid::Error(decid::Code::value_invalid, "recording",
-                         decid::format("sample %zu of the tilt is not finite", k), "interpolate missing samples");
+                         decid::format("sample %zu (counted from 1) of the tilt is not finite", k + 1),
+                         "interpolate missing samples");
   if (asked.invert_tilt != 0) invert(tilt_rad);
   return tilt_rad;
 }

@@ -11,21 +11,26 @@ using namespace decid::c;
 
 namespace {
 
+constexpr const char* default_preset = "best";
+
 // The ranges are those of decid train.
-void require(bool holds, const char* what, const char* remedy) {
-  if (!holds) throw decid::Error(decid::Code::setting_out_of_range, "decid_train", what, remedy);
+template <class Value>
+void require(Value value, Value low, Value high, const char* field, const char* remedy) {
+  if (value >= low && value <= high) return;
+  throw decid::Error(decid::Code::setting_out_of_range, "decid_train",
+                     decid::format("%s is %.10g", field, static_cast<double>(value)), remedy);
 }
 
 void require_stream(const decid_train_options& asked) {
-  require(asked.stream_trials >= 16 && asked.stream_trials <= 100'000'000, "stream_trials", "give 16 to 100,000,000");
-  require(asked.validation_trials >= 1 && asked.validation_trials <= 1'000'000, "validation_trials",
-          "give 1 to 1,000,000");
+  require(asked.stream_trials, 16, 100'000'000, "stream_trials", "give 16 to 100,000,000");
+  require(asked.validation_trials, 1, 1'000'000, "validation_trials", "give 1 to 1,000,000");
 }
 
 decid::TrainingSettings settings_of(const decid_train_options& asked, const decid::dataset::TrialSource& source,
                                     bool stream) {
   decid::TrainingSettings settings;
-  decid::Preset& preset = settings.preset = decid::preset_named(text_or_empty(asked.preset));
+  decid::Preset& preset = settings.preset =
+      decid::preset_named(asked.preset == nullptr ? default_preset : asked.preset);
   if (asked.head != nullptr) preset.head = asked.head;
   preset = decid::with_head(preset, preset.head, source.protocol().parameters().size(), "head");
   if (asked.architecture != nullptr) preset.architecture = asked.architecture;
@@ -35,12 +40,12 @@ decid::TrainingSettings settings_of(const decid_train_options& asked, const deci
   if (asked.learning_rate != 0.0) preset.learning_rate = asked.learning_rate;
   if (asked.momentum != -1.0) preset.sgd.momentum = asked.momentum;
   if (asked.weight_decay != -1.0) preset.sgd.weight_decay = asked.weight_decay;
-  require(preset.epochs >= 1 && preset.epochs <= 1'000'000, "epochs", "give 1 to 1,000,000");
-  require(preset.batch >= 1 && preset.batch <= 4096, "batch", "give 1 to 4096 samples a step");
-  require(preset.learning_rate >= 1e-12 && preset.learning_rate <= 1e3, "learning_rate", "give 1e-12 to 1000");
-  require(preset.sgd.momentum >= 0.0 && preset.sgd.momentum <= 0.9999, "momentum", "give 0 to 0.9999");
-  require(preset.sgd.weight_decay >= 0.0 && preset.sgd.weight_decay <= 1.0, "weight_decay", "give 0 to 1");
-  require(asked.patience >= 0, "patience", "give 0 for never, or a number of epochs");
+  require(preset.epochs, 1, 1'000'000, "epochs", "give 1 to 1,000,000");
+  require(preset.batch, 1, 4096, "batch", "give 1 to 4096 samples a step");
+  require(preset.learning_rate, 1e-12, 1e3, "learning_rate", "give 1e-12 to 1000");
+  require(preset.sgd.momentum, 0.0, 0.9999, "momentum", "give 0 to 0.9999");
+  require(preset.sgd.weight_decay, 0.0, 1.0, "weight_decay", "give 0 to 1");
+  require(asked.patience, 0, std::numeric_limits<int>::max(), "patience", "give 0 for never, or a number of epochs");
   decid::nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // throws for a wrong schedule before the work
   preset.image = asked.image != nullptr ? decid::dataset::image_settings_from_json(asked.image, "image")
                                         : decid::image_for(preset, source.protocol());
@@ -106,7 +111,7 @@ decid::Model train(const decid::dataset::TrialSource& source, const decid_train_
 
 void decid_train_defaults(decid_train_options* options, size_t size) {
   decid_train_options defaults{};
-  defaults.preset = "best";
+  defaults.preset = default_preset;
   defaults.momentum = defaults.weight_decay = -1.0;
   defaults.seed = 1;
   defaults.stream_trials = 25600;

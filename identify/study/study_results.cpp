@@ -12,6 +12,7 @@
 #include "base/text.hpp"
 #include "recording/protocol_file.hpp"
 #include "sim/body_model.hpp"
+#include "sim/segments.hpp"
 
 namespace decid {
 
@@ -108,9 +109,10 @@ Warnings prior_warnings(const FitRequest& request, const sim::ParameterTable& pa
   if (high <= low * (1.0 + 1e-9)) return warnings;
   add_info(warnings, "priors_of_all_bodies",
            format("the given range, prior or value of %s is in SI units and the same for all bodies of the call, whose "
-                  "m g h is %.0f to %.0f N m/rad: relative to m g h it differs from body to body; %s/mgh takes values "
+                  "m g h is %s to %s N m/rad: relative to m g h it differs from body to body; %s/mgh takes values "
                   "over m g h",
-                  joined(gains, ", ").c_str(), low, high, gains.front().c_str()));
+                  joined(gains, ", ").c_str(), sim::mgh_text(low).c_str(), sim::mgh_text(high).c_str(),
+                  gains.front().c_str()));
   return warnings;
 }
 
@@ -173,7 +175,10 @@ PlanFitter::PlanFitter(const Model* model, const sim::Protocol& protocol, const 
       sim::Protocol its_own = setting.protocol.empty() ? protocol : recording::load_protocol(setting.protocol, files);
       use_controller(its_own, protocol, request);
       std::optional<sim::Body> body = setting.body;
-      if (!body && !setting.protocol.empty() && its_own.experiment.body != sim::Body{}) body = its_own.experiment.body;
+      if (body) sim::refuse_person(*body, its_own, "protocol " + its_own.name);
+      // A body that is not a person's is of the call's protocol: the line's own protocol may describe another one.
+      if ((!body || !sim::is_person(*body)) && !setting.protocol.empty() && its_own.experiment.body != sim::Body{})
+        body = its_own.experiment.body;
       fitters_[k] = std::make_unique<Fitter>(model, std::move(its_own), body, request);
     } catch (const Error& error) {
       keep_or_throw(plan, error, errors_[k]);

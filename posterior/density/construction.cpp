@@ -51,6 +51,15 @@ int samples_per_block(const sim::Experiment& experiment, const sim::Stimulus& st
   return usual;
 }
 
+/// Returns the blocks of the protocol. Throws Error for too few.
+int count_blocks(const sim::Protocol& protocol, int block_samples) {
+  const int all = protocol.samples() / block_samples, blocks = all > 0 ? NoiseSpectrum::fast_blocks(all) : 0;
+  if (blocks >= min_blocks) return blocks;
+  throw Error(
+      Code::setting_out_of_range, "protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
+      format("give a protocol of at least %g s", min_blocks * block_samples / protocol.experiment.sample_rate_hz));
+}
+
 /// Returns z = exp(s T) at frequency k, T one step.
 Complex step_turn(double damping, long long k, long long steps) {
   const auto [sin, cos] = sincos_of_turn(k, steps);
@@ -155,7 +164,7 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa, c
       unit_gains_(protocol.family().has_unit_gains()),
       block_samples_(samples_per_block(protocol.experiment, stimulus)),
       bin_steps_(block_samples_ * protocol.experiment.steps_per_sample()),
-      blocks_(NoiseSpectrum::fast_blocks(protocol.samples() / block_samples_)),
+      blocks_(count_blocks(protocol, block_samples_)),
       lead_blocks_(static_cast<int>(std::ceil(
           priors.standing_s / (block_samples_ * protocol.experiment.steps_per_sample() * sim::integration_step_s)))),
       lead_steps_(lead_blocks_ * block_samples_ * protocol.experiment.steps_per_sample()),
@@ -172,10 +181,6 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa, c
                 priors.drift_hz) {
   for (const sim::ParameterInfo& info : ranges_)
     quantiles_.push_back(make_quantile(priors, info.name, info.low, info.range()));
-  if (blocks_ < min_blocks) {
-    throw Error(Code::setting_out_of_range, "protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
-                format("give a protocol of at least %g s", min_blocks * block_s()));
-  }
   check_noise(protocol, noise_);
   const double padded_s = this->padded_s(), block_length_s = bin_s();
   damping_ = whole_damping / padded_s;

@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 
 namespace decid::posterior {
@@ -112,20 +113,23 @@ Priors with_conventions(Priors priors, const sim::ParameterTable& table) {
 }
 
 const Priors& require_valid(const Priors& priors) {
-  const auto check = [](bool right, const char* setting, double value, const char* remedy) {
-    if (!right)
-      throw Error(Code::setting_out_of_range, std::string("priors, ") + setting, format("is %g", value), remedy);
+  const auto require = [](bool right, const std::string& where, double value, const char* remedy) {
+    if (!right) throw Error(Code::setting_out_of_range, where, format("is %g", value), remedy);
   };
-  check(priors.sensor_noise_deg > 0.0 && std::isfinite(priors.sensor_noise_deg), "sensor_noise_deg",
-        priors.sensor_noise_deg, "give degrees above 0");
+  const auto check = [&](bool right, const char* of_priors, double value, const char* remedy) {
+    require(right, std::string("priors, ") + of_priors, value, remedy);
+  };
+  require(priors.sensor_noise_deg > 0.0 && std::isfinite(priors.sensor_noise_deg), setting("prior_noise"),
+          priors.sensor_noise_deg, "give degrees above 0");
   check(priors.sensor_noise_factor > 1.0 && std::isfinite(priors.sensor_noise_factor), "sensor_noise_factor",
         priors.sensor_noise_factor, "give a factor above 1");
   check(priors.slow_ratio > 0.0 && std::isfinite(priors.slow_ratio), "slow_ratio", priors.slow_ratio,
         "give a ratio above 0");
   check(priors.slow_ratio_factor > 1.0 && std::isfinite(priors.slow_ratio_factor), "slow_ratio_factor",
         priors.slow_ratio_factor, "give a factor above 1");
-  check(priors.start_s >= 0.0 && priors.start_s <= latest_start_s, "start_s", priors.start_s, "give 0 to 1 s");
-  check(priors.gain >= 0.0 && priors.gain <= max_gain, "gain", priors.gain, "give 0 to 0.9");
+  require(priors.start_s >= 0.0 && priors.start_s <= latest_start_s, setting("prior_start"), priors.start_s,
+          "give 0 to 1 s");
+  require(priors.gain >= 0.0 && priors.gain <= max_gain, setting("prior_gain"), priors.gain, "give 0 to 0.9");
   check(priors.drift_hz >= 0.0 && std::isfinite(priors.drift_hz), "drift_hz", priors.drift_hz, "give 0 Hz or more");
   check(priors.standing_s >= 0.0 && priors.standing_s <= longest_standing_s, "standing_s", priors.standing_s,
         "give 0 to 60 s");

@@ -28,6 +28,11 @@ std::string shown(std::string_view cell) {
   return "'" + std::string(cell) + "' is not a finite number";
 }
 
+/// Returns true for a cell that is neither a value nor a missing one.
+bool is_text(std::string_view cell) {
+  return !is_missing(cell) && !is_value(cell);
+}
+
 /// Far longer than a line of 1000 columns.
 constexpr std::size_t max_line_bytes = std::size_t{1} << 17;
 
@@ -132,13 +137,14 @@ void CsvTable::read_preamble(std::optional<int> skip_lines) {
 
 /// Sets the names by the table's first line, or by a comment above it. Returns true if the line is the header.
 bool CsvTable::read_names(std::string_view line, std::string_view above) {
-  read_header(line);
+  std::vector<std::string> names;
+  read_header(line, above, names);
   if (has_header_) {
     ++header_lines_;
     header_line_ = line;
     return true;
   }
-  std::vector<std::string> names = commented_names(above, separator_, names_.size());
+  if (names.empty()) names = commented_names(above, separator_, names_.size());
   has_header_ = !names.empty();
   if (has_header_) names_ = std::move(names);
   return false;
@@ -293,13 +299,32 @@ char CsvTable::find_separator() const {
   return guess_separator(first, last);
 }
 
-void CsvTable::read_header(std::string_view line) {
+/// Returns true if the cells are a row that has words in some columns, not names: the row below has words and values in
+/// the same columns.
+bool CsvTable::is_row_with_words(const std::vector<std::string_view>& cells) const {
+  if (std::ranges::any_of(cells, [](auto cell) { return is_text(cell) && is_known_name(cell); })) return false;
+  std::vector<std::string_view> below;
+  int lines = 0;
+  visit_lines([&](std::string_view line, std::size_t) {
+    split(line, separator_, below);
+    return ++lines < 2;
+  });
+  while (below.size() > cells.size() && below.back().empty()) below.pop_back();
+  return lines == 2 && std::ranges::equal(cells, below, {}, is_text, is_text);
+}
+
+/// Reads a line that is the header, or the first row. commented: receives the names of a comment above a row with
+/// words.
+void CsvTable::read_header(std::string_view line, std::string_view above, std::vector<std::string>& commented) {
   std::vector<std::string_view> cells;
   split(line, separator_, cells);
   while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
   check_columns(cells.size());
-  has_header_ = std::any_of(cells.begin(), cells.end(),
-                            [&](std::string_view cell) { return !is_missing(cell) && !is_value(cell); });
+  has_header_ = std::ranges::any_of(cells, is_text);
+  if (has_header_ && std::ranges::any_of(cells, is_value)) {
+    commented = commented_names(above, separator_, cells.size());
+    has_header_ = commented.empty() && !is_row_with_words(cells);
+  }
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const bool named = has_header_ && !cells[i].empty();
     names_.push_back(named ? std::string(cells[i]) : "column " + std::to_string(i + 1));
@@ -387,7 +412,18 @@ std::vector<double> CsvTable::times(int column) const {
     }
     values.push_back(value);
   }
+  if (const int nanoseconds = has_header_ ? nanoseconds_beside(names_, column) : -1; nanoseconds >= 0)
+    add_nanoseconds(nanoseconds, values);
   return values;
+}
+
+/// Adds a column of nanoseconds to whole seconds. Does nothing if it is not of nanoseconds below a second.
+void CsvTable::add_nanoseconds(int column, std::vector<double>& seconds) const {
+  const auto is_whole = [](double value) { return value == std::floor(value); };
+  if (!std::ranges::all_of(seconds, is_whole)) return;
+  const std::vector<double> added = numbers(column);
+  if (!std::ranges::all_of(added, [&](double value) { return value >= 0.0 && value < 1e9 && is_whole(value); })) return;
+  for (std::size_t row = 0; row < seconds.size(); ++row) seconds[row] += 1e-9 * added[row];
 }
 
 RowLabels CsvTable::labels(int column) const {

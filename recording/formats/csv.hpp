@@ -37,8 +37,9 @@ class CsvTable final : public Table {
   const std::vector<std::string>& names() const override { return names_; }
   std::vector<double> numbers(int column, Missing missing = Missing::refused) const override;
   std::vector<double> numbers_of_each(int column, std::size_t step, Missing missing) const override;
-  /// Returns times; clock times, with or without a date, become seconds since the midnight before the first. A time
-  /// without a date that is more than 12 h before the last one is of the next day.
+  /// Returns times, with the nanoseconds that a second column adds to whole seconds (nanoseconds_beside()). Clock
+  /// times, with or without a date, become seconds since the midnight before the first. A time without a date that is
+  /// more than 12 h before the last one is of the next day.
   std::vector<double> times(int column) const override;
   /// Returns the line of the file, from 1.
   std::string locate(std::size_t row) const override;
@@ -58,7 +59,8 @@ class CsvTable final : public Table {
   char find_separator() const;
   void read_preamble(std::optional<int> skip_lines);
   bool read_names(std::string_view line, std::string_view above);
-  void read_header(std::string_view line);
+  bool is_row_with_words(const std::vector<std::string_view>& cells) const;
+  void read_header(std::string_view line, std::string_view above, std::vector<std::string>& commented);
   void check_columns(std::size_t count) const;
   bool begins_another(std::string_view line) const;
   [[noreturn]] void refuse_sections(std::string_view line, std::size_t line_number) const;
@@ -70,6 +72,7 @@ class CsvTable final : public Table {
   void index_cells(const std::vector<std::string_view>& cells);
   std::string_view cell(std::size_t row, std::size_t column) const;
   Commas commas_in(int column) const;
+  void add_nanoseconds(int column, std::vector<double>& seconds) const;
   bool has_points_beside(int column) const;
   double finite(const Parsed& parsed, std::string_view cell, int column, std::size_t row, Missing missing) const;
 

@@ -85,6 +85,23 @@ bool is_time_name(std::string_view name) {
           }));
 }
 
+bool is_nanoseconds_name(std::string_view name) {
+  return one_of(words(name).back(), {"nsec", "nsecs", "nanosec", "nanosecs"});
+}
+
+int nanoseconds_beside(const std::vector<std::string>& names, int seconds) {
+  std::vector<std::string> stem = words(names[static_cast<std::size_t>(seconds)]);
+  if (!one_of(stem.back(), {"sec", "secs"})) return -1;
+  stem.pop_back();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    std::vector<std::string> parts = words(names[i]);
+    if (!is_nanoseconds_name(names[i])) continue;
+    parts.pop_back();
+    if (parts == stem) return static_cast<int>(i);
+  }
+  return -1;
+}
+
 double near_whole(double rate_hz) {
   const double whole = std::round(rate_hz);
   return std::abs(rate_hz - whole) < 1e-6 * rate_hz ? whole : rate_hz;
@@ -260,10 +277,13 @@ int find_time(const Table& table) {
     };
     // "header.stamp" and "header.stamp.sec" of ROS; the nanoseconds start again each second.
     const auto is_stamp = [](const std::string& name) {
-      const std::vector<std::string> parts = words(name);
-      return std::ranges::count(parts, "stamp") > 0 && !one_of(parts.back(), {"nsec", "nsecs", "nanosec", "nanosecs"});
+      return std::ranges::count(words(name), "stamp") > 0 && !is_nanoseconds_name(name);
+    };
+    const auto has_nanoseconds = [&](const std::string& name) {
+      return nanoseconds_beside(names, static_cast<int>(&name - names.data())) >= 0;
     };
     if (found == names.end()) found = std::find_if(names.begin(), names.end(), is_stamp);
+    if (found == names.end()) found = std::find_if(names.begin(), names.end(), has_nanoseconds);
     if (found == names.end()) found = std::find_if(names.begin(), names.end(), may_be_time);
     return found == names.end() ? -1 : static_cast<int>(found - names.begin());
   }

@@ -66,6 +66,11 @@ bool is_time_name(std::string_view name);
 std::optional<StatedRate> stated_rate(const Table& table, const std::string& where, const std::string& setting_name);
 /// Returns the time column, or -1.
 int find_time(const Table& table);
+/// Returns true for "nsec", "stamp.nanosec" and "time_nsecs": nanoseconds, which start again each second.
+bool is_nanoseconds_name(std::string_view name);
+/// Returns the column of the nanoseconds beside one of whole seconds, as ROS writes times: "stamp.nanosec" beside
+/// "stamp.sec"; -1 without one.
+int nanoseconds_beside(const std::vector<std::string>& names, int seconds);
 /// Returns the column called tilt, platform, Plattform or similar, except `without`, or -1. Throws Error for several
 /// columns of one name.
 int find_tilt_column(const Table& table, int without, const std::string& where, const std::string& setting_name);

@@ -115,6 +115,8 @@ void read_conditions(const Json& json, const std::string& where, Conditions& con
     const char* key = info(static_cast<Condition>(c)).key;
     const Json* part = object.find(key);
     if (part == nullptr) continue;
+    if (!part->is_object())
+      object.wrong_type(key, R"({"size": )" + (part->is_number() ? part->dump() : "[low, high]") + "}");
     Severity& severity = conditions.severity[c];
     JsonObject condition(*part, where, std::string("recording.") + key);
     severity.fraction = 1.0;

@@ -97,6 +97,8 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
   check("time,tilt_deg\n0,0\n0.01,1\n0.03,2\n0.04,3\n0.05,3\n", file, Code::times_uneven, "line 4");
   check("time,a_deg,b_deg\n0,0,0\n0.01,1,1\n", file, Code::column_ambiguous, "'a_deg', 'b_deg'");
   check("time,tilt\n0,0\n0.01,1\n", file, Code::unit_unknown, "measured.unit");
+  check("time,tilt_rad\n0,0\n0.01,1\n", R"("file": "t.csv", "unit": "deg")", Code::setting_conflict, "measured.unit");
+  check("time,tilt_mrad\n0,0\n0.01,1\n", R"("file": "t.csv", "unit": "rad")", Code::setting_conflict, "measured.unit");
   check("time,tilt_deg\n0,0\n0.01,50\n", file, Code::setting_out_of_range, "sample 1");
   check("time\n0\n0.01\n0.02\n", file, Code::column_missing, "measured.column");
   // A note reports the part of the file that was left out.

@@ -91,3 +91,19 @@ TEST_CASE("a clock that runs fast or slowly is named with the rate") {
     CHECK(within(std::stod(found.substr(found.find("rate") + 5)), rate_hz / (1.0 + slope), 0.02));
   }
 }
+
+TEST_CASE("slips below a sample are none: the tilt of slow samples") {
+  for (const double hz : {1.0, 2.0}) {
+    CAPTURE(hz);
+    sim::Protocol slow;
+    slow.experiment.stimulus = sim::Sines{.components = {{.frequency_hz = 0.1, .amplitude_deg = 0.5}}, .cycle_s = 40.0};
+    slow.experiment.sample_rate_hz = hz;
+    const ProtocolPlan plan(slow);
+    std::vector<double> tilt;
+    for (std::size_t k = 0; k < plan.tilt_rad().size(); ++k) {
+      const double t = (static_cast<double>(k) + (k < plan.tilt_rad().size() / 2 ? 0.0 : -0.4)) / hz;
+      tilt.push_back(0.5 * sim::rad_per_deg * std::sin(2.0 * sim::pi * 0.1 * t));
+    }
+    CHECK(look_for_tilt_slips(tilt, {}, plan, hz, false).empty());
+  }
+}

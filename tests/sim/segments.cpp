@@ -75,3 +75,21 @@ TEST_CASE("a person's body has a person's weight and height") {
        {Participant{455.0, 1.8}, {251.0, 2.1}, {187.0, 1.55}, {30.0, 1.75}, {1.75, 70.0}, {70.0, 0.9}})
     CHECK_THROWS_AS(body_of_participant(participant), decid::Error);
 }
+
+TEST_CASE("mgh_text: small bodies have three digits") {
+  CHECK(mgh_text(838.98) == "839");
+  CHECK(mgh_text(99.97) == "100");
+  CHECK(mgh_text(42.38) == "42.4");
+  CHECK(mgh_text(0.21256) == "0.213");
+}
+
+TEST_CASE("refuse_person: a robot's body is not replaced, a person's and the default one are") {
+  const Body person = body_of_participant({.mass_kg = 70.0, .height_m = 1.75});
+  Protocol protocol = default_protocol();
+  refuse_person(person, protocol, "here");
+  protocol.experiment.body = body_of_participant({.mass_kg = 50.0, .height_m = 1.60});
+  refuse_person(person, protocol, "here");
+  protocol.experiment.body = {.mass_kg = 60.0, .com_height_m = 0.8, .inertia_kgm2 = 42.0};
+  refuse_person({.mass_kg = 7.0, .com_height_m = 0.5, .inertia_kgm2 = 2.0}, protocol, "here");
+  check_error([&] { refuse_person(person, protocol, "here"); }, decid::Code::setting_conflict, "here");
+}

@@ -38,6 +38,9 @@ CLI::Validator between(Number low, Number high, const std::string& shown, const 
 std::string message_of(const CLI::ParseError& error) {
   std::string text = error.what();
   if (text.starts_with(": ")) text.erase(0, 2);  // the name of an option that help does not show
+  const std::string once = ": At Most 1 required but received ";
+  if (const std::size_t place = text.find(once); place != std::string::npos)
+    return text.substr(0, place) + ": is given " + text.substr(place + once.size()) + " times; give it once";
   const std::string begin = "Could not convert: ";
   const std::size_t equals = text.find(" = ");
   if (!text.starts_with(begin) || equals == std::string::npos) return text;

@@ -118,18 +118,7 @@ std::optional<sim::Body> BodyFlags::body() const {
 }
 
 void BodyFlags::refuse_instead_of(const sim::Protocol& protocol) const {
-  const std::optional<sim::Body> person = body();
-  if (!person) return;
-  const sim::Body& own = protocol.experiment.body;
-  try {
-    static_cast<void>(sim::make_participant(own));
-  } catch (const Error&) {
-    throw Error(Code::setting_conflict, "--mass, --height",
-                format("give a person's body, m g h %.0f N m/rad, and protocol '%s' has a body that is not a person's, "
-                       "m g h %.0f N m/rad",
-                       person->mgh(), protocol.name.c_str(), own.mgh()),
-                "leave them out to fit the protocol's body, or delete its \"body\"");
-  }
+  if (const std::optional<sim::Body> person = body()) sim::refuse_person(*person, protocol, "--mass, --height");
 }
 
 std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& table) const {

@@ -119,7 +119,7 @@ def path_or_none(value: Any, name: str) -> Optional[bytes]:
 
 def function(given: Any, name: str) -> Callable[..., Any]:
     if not callable(given):
-        raise error("setting_malformed", name, f"has a {type(given).__name__} instead of a function", "give a function")
+        raise error("setting_malformed", name, f"is {_shown(given)}", "give a function")
     return given
 
 

@@ -14,7 +14,7 @@ namespace decid::recording {
 namespace {
 
 constexpr std::size_t part_count = 8;
-constexpr double max_slip_s = 0.1, min_part_s = 5.0, min_part_correlation = 0.95, max_gap_fraction = 0.25;
+constexpr double noticed_slip_s = 0.1, min_part_s = 5.0, min_part_correlation = 0.95, max_gap_fraction = 0.25;
 
 struct Slip {
   double begin_s = 0.0, middle_s = 0.0;  ///< of a part, in the protocol
@@ -50,7 +50,7 @@ std::vector<Slip> slips_of(const std::vector<double>& tilt, std::span<const Samp
 }
 
 /// Returns the slope of slips that lie on a line, if they change by more than max_slip_s along it.
-std::optional<double> slope_of(const std::vector<Slip>& slips) {
+std::optional<double> slope_of(const std::vector<Slip>& slips, double max_slip_s) {
   constexpr std::size_t min_slips = 5;
   constexpr double max_off = 0.1;  // of the change along the line; a single step is farther off
   if (slips.size() < min_slips) return {};
@@ -80,7 +80,8 @@ Warning clock_warning(double slope, double from_hz) {
               " instead of " + six_digits(from_hz) + " Hz"};
 }
 
-Warnings slip_warnings(const std::vector<Slip>& slips, bool start_was_given) {
+/// max_slip_s: smaller slips are ignored.
+Warnings slip_warnings(const std::vector<Slip>& slips, double max_slip_s, bool start_was_given) {
   for (std::size_t i = 1; i < slips.size(); ++i) {
     const auto step = [&](std::size_t k) { return slips[k].slip_s - slips[k - 1].slip_s; };
     if (std::abs(step(i)) <= max_slip_s) continue;
@@ -107,8 +108,10 @@ Warnings look_for_tilt_slips(const std::vector<double>& tilt, std::span<const Sa
                              const ProtocolPlan& plan, double from_hz, bool start_was_given) {
   const double rate = plan.protocol().experiment.sample_rate_hz;
   const std::vector<Slip> slips = slips_of(tilt, gaps, plan.tilt_rad(), rate);
-  if (const std::optional<double> slope = slope_of(slips)) return {clock_warning(*slope, from_hz)};
-  return slip_warnings(slips, start_was_given);
+  // Delays are not known better than to a sample.
+  const double max_slip_s = std::max(noticed_slip_s, 1.0 / std::min(rate, from_hz));
+  if (const std::optional<double> slope = slope_of(slips, max_slip_s)) return {clock_warning(*slope, from_hz)};
+  return slip_warnings(slips, max_slip_s, start_was_given);
 }
 
 }  // namespace decid::recording

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "recording/table/cells.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/detail/quaternion.hpp"
 
@@ -15,7 +16,8 @@ namespace {
 
 bool is_counter_name(const std::string& name) {
   const std::vector<std::string> parts = words(name);
-  if (std::ranges::count(parts, "stamp") > 0 || parts.back() == "seq") return true;  // of ROS
+  if (std::ranges::count(parts, "stamp") > 0 || parts.back() == "seq" || is_nanoseconds_name(name))
+    return true;  // of ROS
   return one_of(letters_of(name),
                 {"frame",        "frames",        "frameno", "framenumber", "subframe",      "index",    "idx",
                  "item",         "row",           "nr",      "no",          "sample",        "samples",  "sampleno",
@@ -43,6 +45,19 @@ bool is_unnamed_counter(const Table& table, int column) {
   }
 }
 
+/// Returns true for a text column: the cells of a few rows, spread over the column, are words, if they are not empty.
+bool has_only_words(const Table& table, int column) {
+  constexpr std::size_t some = 20;
+  const std::size_t rows = table.rows(column);
+  bool has_words = false;
+  for (std::size_t i = 0; i < std::min(some, rows); ++i) {
+    const std::string cell = table.label(column, i * rows / std::min(some, rows));
+    if (is_value(cell)) return false;
+    has_words = has_words || !is_missing(cell);
+  }
+  return has_words;
+}
+
 }  // namespace
 
 std::vector<int> sway_candidates(const Table& table, int time) {
@@ -53,6 +68,7 @@ std::vector<int> sway_candidates(const Table& table, int time) {
     const std::string& name = table.own_name(column);
     const bool is_named = table.has_header();
     if ((is_named && (is_counter_name(name) || is_time_name(name))) || is_unnamed_counter(table, column)) continue;
+    if (has_only_words(table, column)) continue;
     if (is_named && may_be_quaternion(name)) {
       quaternions.push_back(column);
       continue;

@@ -83,6 +83,26 @@ const char* quantity_of_channel(const std::vector<std::string>& parts) {
   return nullptr;
 }
 
+/// Returns true for "pitch_rate", "pitchRate", "body_rate", "dpitch", "omega" and "wy", but not for "sample_rate".
+bool is_angular_rate(const std::vector<std::string>& all) {
+  const auto is_turning = [](std::string_view word) {
+    return one_of(word, {"pitch", "roll", "yaw", "sway", "tilt", "lean", "body", "com", "cog", "angle", "angular",
+                         "trunk", "torso", "leg", "hip", "ankle", "platform", "theta", "phi"});
+  };
+  if (one_of(all.back(), {"wx", "wy", "wz"})) return true;
+  bool has_rate = false, turns = false, is_of_samples = false;
+  for (const std::string& word : all) {
+    if (one_of(word, {"omega", "omegax", "omegay", "omegaz"})) return true;
+    if (word.starts_with('d') && one_of(std::string_view(word).substr(1), {"pitch", "sway", "tilt", "theta"}))
+      return true;
+    if (word.ends_with("rate") && is_turning(std::string_view(word).substr(0, word.size() - 4))) return true;
+    has_rate = has_rate || word == "rate";
+    turns = turns || is_turning(word);
+    is_of_samples = is_of_samples || one_of(word, {"sample", "samples", "sampling", "frame", "frames", "update"});
+  }
+  return has_rate && turns && !is_of_samples;
+}
+
 /// Returns the quantity that a unit measures ("mV": "a voltage"). Returns nullptr for units of angles, for mm, cm and
 /// m, and for text that is not a unit ("AP", "left").
 const char* quantity_of_unit(std::string_view text) {
@@ -132,6 +152,7 @@ const char* other_quantity(std::string_view name) {
     if (const char* quantity = quantity_of_unit(last)) return quantity;
   if (parts.size() > 1 && metres_of(last)) return "a length";
   if (name.ends_with("_V")) return "a voltage";
+  if (is_angular_rate(all)) return "a velocity";
   for (const std::string& word : all) {
     for (const char* quantity : {"velocity", "speed", "acceleration"})
       if (word.find(quantity) != std::string::npos)

@@ -65,6 +65,22 @@ TEST_CASE("a data set equals the library's, in memory, written, and generated in
   refused(decid_dataset_read("no.npz", &none), Code::file_missing, "no.npz");
 }
 
+TEST_CASE("an empty path is refused before the work") {
+  decid_dataset_options options = request();
+  options.path = "";
+  int calls = 0;
+  options.user = &calls;
+  options.progress = [](void* user, double, const char*) { return ++*static_cast<int*>(user), 0; };
+  const OwnedProtocol played = protocol("default");
+  decid_dataset* dataset = nullptr;
+  refused(decid_dataset_make(played.get(), &options, &dataset), Code::setting_missing, "decid_dataset_make");
+  CHECK(calls == 0);
+  options.path = nullptr;
+  const OwnedDataset data = make_dataset(options);
+  refused(decid_dataset_write(data.get(), ""), Code::setting_missing, "decid_dataset_write");
+  refused(decid_model_save(built_in(), ""), Code::setting_missing, "decid_model_save");
+}
+
 TEST_CASE("a callback stops a data set") {
   decid_dataset_options options = request();
   options.count = 100000;

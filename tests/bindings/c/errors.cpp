@@ -67,7 +67,7 @@ TEST_CASE("bad input gives where, what and a remedy, and no handle") {
   decid_recording* recording = nullptr;
   refused(decid_recording_read("no.csv", nullptr, &recording), Code::file_missing, "no.csv");
   const double sway[] = {0.0, 0.01, NAN};
-  refused(decid_recording_of(sway, 3, 100.0, DECID_RADIANS, &recording), Code::value_invalid);
+  refused(decid_recording_of(sway, 3, 100.0, DECID_RADIANS, &recording), Code::value_invalid, "sample 3");
   refused(decid_recording_of(sway, 2, 0.0, DECID_RADIANS, &recording), Code::setting_out_of_range, "0 Hz");
   refused(decid_recording_of(sway, 2, 100.0, DECID_BY_NAME, &recording), Code::unit_unknown);
   refused(decid_recording_of(sway, 2, 100.0, 9, &recording), Code::setting_unknown, "there is no unit 9");
@@ -175,7 +175,7 @@ TEST_CASE("a tilt in memory has finite angles and a sway") {
   refused_to_make(Code::setting_unknown, "there is no unit 9");
   options.tilt_unit = DECID_BY_NAME;
   tilt[4] = INFINITY;
-  refused_to_make(Code::value_invalid, "sample 4 of the tilt");
+  refused_to_make(Code::value_invalid, "sample 5 (counted from 1) of the tilt");
   tilt[4] = 0.0;
   refused(decid_recording_of_samples(nullptr, 300, 100.0, &options, &recording), Code::setting_missing, "sway");
   CHECK(recording == nullptr);

@@ -192,6 +192,21 @@ TEST_CASE("a fit refuses controllers that it cannot compare") {
   refused(fit("dec,ic"), Code::stopped);
 }
 
+TEST_CASE("a fit does not replace a robot's body, which the protocol has, by a person's") {
+  const TemporaryFolder folder;
+  const std::filesystem::path file =
+      write_text(folder / "robot.json", R"({"body": {"mass_kg": 60, "com_height_m": 0.8, "inertia_kgm2": 42}})");
+  const OwnedProtocol robot = protocol(file.c_str());
+  const Trial4s trial;
+  decid_fit_options options = brief();
+  options.protocol = robot.get();
+  options.mass_kg = 70.0;
+  options.height_m = 1.75;
+  decid_result* result = nullptr;
+  refused(decid_fit(trial.same.get(), trial.recording.get(), &options, &result), Code::setting_conflict);
+  CHECK(result == nullptr);
+}
+
 TEST_CASE("a callback stops a fit") {
   const OwnedRecording recording = make_recording(simulated(7));
   decid_fit_options options = brief();
@@ -209,7 +224,13 @@ TEST_CASE("a fit refuses priors out of their bounds") {
   decid_fit_options options = brief();
   options.prior_gain = 2.0;
   decid_result* result = nullptr;
-  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range);
+  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, "prior_gain: ");
+  options = brief();
+  options.prior_start_s = -1.0;
+  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, "prior_start_s: ");
+  options = brief();
+  options.prior_noise_deg = 0.0;
+  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, "prior_noise_deg: ");
   options = brief();
   options.parameter_prior_count = 1;
   refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_missing, "parameter_priors");

@@ -136,7 +136,7 @@ TEST_CASE("training refuses settings that decid train refuses") {
   refuse([](auto& options) { options.head = "no"; }, Code::file_unsupported);
   refuse([](auto& options) { options.schedule = "no"; }, Code::setting_malformed);
   refuse([](auto& options) { options.image = "{"; }, Code::setting_malformed);
-  refuse([](auto& options) { options.epochs = -1; }, Code::setting_out_of_range);
+  refuse([](auto& options) { options.epochs = -1; }, Code::setting_out_of_range, "epochs is -1");
   refuse([](auto& options) { options.batch = 5000; }, Code::setting_out_of_range);
   refuse([](auto& options) { options.learning_rate = -0.1; }, Code::setting_out_of_range, "learning_rate");
   refuse([](auto& options) { options.momentum = 1.0; }, Code::setting_out_of_range);
@@ -144,9 +144,13 @@ TEST_CASE("training refuses settings that decid train refuses") {
   refuse([](auto& options) { options.patience = -1; }, Code::setting_out_of_range);
   refuse([](auto& options) { options.stream_trials = 0; }, Code::setting_out_of_range);
   for (const int trials : {15, 100'000'001})
-    refuse([=](auto& options) { options.stream_trials = trials; }, Code::setting_out_of_range, "stream_trials");
+    refuse([=](auto& options) { options.stream_trials = trials; }, Code::setting_out_of_range,
+           "stream_trials is " + std::to_string(trials));
   for (const int trials : {0, 1'000'001})
     refuse([=](auto& options) { options.validation_trials = trials; }, Code::setting_out_of_range, "validation_trials");
+  // Without a preset it is the default one, whose other settings are checked next.
+  refuse([](auto& options) { options.preset = nullptr, options.momentum = 1.0; }, Code::setting_out_of_range,
+         "momentum is 1");
   decid_train_options options = tiny();
   refused(decid_train(nullptr, nullptr, &options, &model), Code::setting_missing);
   CHECK(model == nullptr);

@@ -588,6 +588,8 @@ class Refusals(WithFolder):
             refused(decid.identify, sway, 100, "rad", mass=number, height=1.8)
             self.refused("value_invalid", decid.identify, [number] * 12000, 100, "rad")
         refused(decid.fit, sway, 100, "rad", progress=3)
+        with self.assertRaisesRegex(decid.Error, "^progress: is 3;"):
+            decid.fit(sway, 100, "rad", progress=3)
         refused(decid.study, "no.tsv", progress=3)
         refused(decid.Dataset.make, 20, progress=3)
         refused(decid.train, "default", on_batch=3)

@@ -59,6 +59,39 @@ TEST_CASE("PlanFitter, PlanIdentifier: an error of a sheet's protocol names the 
   check_has(identified[1].error, Code::file_missing, "participants.tsv, line 4: none.json");
 }
 
+TEST_CASE("PlanFitter: a person's body does not replace a robot's, of the sheet's protocol or the call's") {
+  const TemporaryFolder folder;
+  write_text(folder / "robot.json", R"({"body": {"mass_kg": 60, "com_height_m": 0.8, "inertia_kgm2": 42}})");
+  const std::string robot = (folder / "robot.json").string();
+  const std::string sheet = "participant_id\tfile\tweight\theight\tprotocol\nA\ta.csv\t70\t1.75\t" + robot +
+                            "\nB\tb.csv\t70\t1.75\t\nC\tc.csv\t\t\t" + robot + "\n";
+  const RecordingPlan plan = plan_of_text(folder, sheet, {"a.csv", "b.csv", "c.csv"}, Choice::by_sheet);
+  const std::vector<std::size_t> places{0, 1, 2};
+  const auto conflicts = [&](const sim::Protocol& of_call) {
+    std::vector<bool> found;
+    for (const RecordingResult& one : PlanFitter(nullptr, of_call, plan, {}).read(places))
+      found.push_back(one.error && one.error->code() == Code::setting_conflict);
+    return found;
+  };
+  CHECK(conflicts(sim::default_protocol()) == std::vector<bool>{true, false, false});
+  sim::Protocol of_robot = sim::default_protocol();
+  of_robot.experiment.body = {.mass_kg = 60.0, .com_height_m = 0.8, .inertia_kgm2 = 42.0};
+  CHECK(conflicts(of_robot) == std::vector<bool>{true, true, false});
+  // Without a person's body, the protocol's own is fitted: the line's, or the call's.
+  const std::string protocols = "participant_id\tfile\tprotocol\nA\ta.csv\t" + robot + "\nB\tb.csv\t\n";
+  sim::Protocol of_other = sim::default_protocol();
+  of_other.experiment.body = {.mass_kg = 7.0, .com_height_m = 0.5, .inertia_kgm2 = 2.0};
+  ReadOptions reading;
+  reading.body = of_other.experiment.body;
+  const std::vector<RecordingSource> sources{{folder / "a.csv"}, {folder / "b.csv"}};
+  const RecordingPlan of_protocols =
+      make_plan(read_sheet(write_text(folder / "t.tsv", protocols)), sources, Choice::by_sheet, reading);
+  const Report report = PlanFitter(nullptr, of_other, of_protocols, {}).report();
+  CHECK(report.protocol.experiment.body == of_robot.experiment.body);
+  REQUIRE(report.other_settings.size() == 1);
+  CHECK(report.other_settings[0].protocol.experiment.body == of_other.experiment.body);
+}
+
 TEST_CASE("PlanFitter: a parameter that is fixed by convention is not compared, also if the sheet's first line fails") {
   const TemporaryFolder folder;
   const std::string sheet = "participant_id\tfile\tprotocol\nA\ta.csv\tnone.json\nB\tb.csv\t\n";

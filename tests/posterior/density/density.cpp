@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "base/math/cholesky.hpp"
+#include "base/text.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/density/density_points.hpp"
@@ -332,6 +333,13 @@ TEST_CASE("Density: errors") {
       sim::Sines{.components = {{.frequency_hz = 0.6, .amplitude_deg = 0.7}}, .cycle_s = 1.9};
   protocol.noise.vestibular.low_hz = 0.5;
   check_error([&] { Density short_one(protocol, {}); }, Code::setting_out_of_range, "1.9 s");
+  for (const double cycle_s : {0.05, 0.09, 0.1}) {
+    sim::Protocol tiny = protocol;
+    tiny.noise.vestibular.period_s = 3.0;
+    tiny.experiment.stimulus =
+        sim::Sines{.components = {{.frequency_hz = 5.0, .amplitude_deg = 0.1}}, .cycle_s = cycle_s};
+    check_error([&] { Density none(tiny, {}); }, Code::setting_out_of_range, format("lasts %g s", cycle_s));
+  }
   protocol = sines_protocol();
   protocol.noise.vestibular.low_hz = protocol.noise.vestibular.high_hz = 0.1;
   check_error([&] { Density one_line(protocol, {}); }, Code::setting_out_of_range, "single frequency");

@@ -178,11 +178,11 @@ TEST_CASE("require_valid: priors out of their bounds are refused, those at their
     std::vector<double> wrong, right;
   };
   const std::vector<Setting> settings{
-      {&Priors::sensor_noise_deg, "sensor_noise_deg", {0.0, -1.0, infinity, not_a_number}, {1e-9, 10.0}},
+      {&Priors::sensor_noise_deg, "prior_noise", {0.0, -1.0, infinity, not_a_number}, {1e-9, 10.0}},
       {&Priors::sensor_noise_factor, "sensor_noise_factor", {1.0, -2.0, infinity, not_a_number}, {1.5}},
       {&Priors::slow_ratio, "slow_ratio", {0.0, -1.0, infinity, not_a_number}, {1e-6, 2.0}},
       {&Priors::slow_ratio_factor, "slow_ratio_factor", {1.0, 0.5, infinity, not_a_number}, {1.5}},
-      {&Priors::start_s, "start_s", {-0.1, 1.1, infinity, not_a_number}, {0.0, 1.0}},
+      {&Priors::start_s, "prior_start", {-0.1, 1.1, infinity, not_a_number}, {0.0, 1.0}},
       {&Priors::gain, "gain", {-0.1, 1.0, infinity, not_a_number}, {0.0, 0.9}},
       {&Priors::drift_hz, "drift_hz", {-1.0, infinity, not_a_number}, {0.0, 0.1}},
       {&Priors::standing_s, "standing_s", {-1.0, 61.0, infinity, not_a_number}, {0.0, 60.0}}};

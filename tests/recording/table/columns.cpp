@@ -38,6 +38,15 @@ TEST_CASE("columns: quantities that are no angle are known by their names and un
   for (const char* name : {"sway deg per s", "sway deg/s", "sway_deg_s", "sway (rad/s)", "sway_mrad_per_s",
                            "angularVelocity", "sway speed", "gyro x", "sway_dps", "SwayVel", "swayvel", "sway_dot"})
     CHECK(quantity(name) == "a velocity");
+  for (const char* name : {"pitch_rate", "pitchRate", "pitchrate", "sway_rate_deg", "body_rate", "imu.pitch_rate_rad",
+                           "dpitch", "omega", "omega_y_rad", "wy", "imu.wy"})
+    CHECK(quantity(name) == "a velocity");
+  for (const char* name : {"rate", "sample_rate", "frame rate", "body_sample_rate", "sway sampling rate", "deg", "d",
+                           "separate", "way", "sway_y"}) {
+    CAPTURE(name);
+    CHECK(quantity(name).empty());
+  }
+  CHECK(quantity("rate_hz") == "a frequency");
   for (const char* name :
        {"sway deg/s2", "sway deg/s^2", "sway (rad/s2)", "angular acceleration", "sway_acceleration", "sway_ddot"})
     CHECK(quantity(name) == "an acceleration");
@@ -219,4 +228,24 @@ TEST_CASE("columns: a unit with a factor is refused, and declared by the unit op
   CHECK(find_metres_per_unit("x (mm)") == 1e-3);
   CHECK(find_metres_per_unit("x10_mm") == 1e-3);  // a marker's name
   CHECK(find_metres_per_unit("x [1/10 mm]") == std::nullopt);
+}
+
+TEST_CASE("columns: ROS's times in two columns, whole seconds and nanoseconds, are one time") {
+  const auto text = [](const std::string& header) {
+    return header + "\n1732876342,990000000,1\n1732876343,0,2\n1732876343,10000000,3\n";
+  };
+  for (const char* header : {"sec,nanosec,sway_deg", "secs,nsecs,pitch_deg",
+                             "header.stamp.sec,header.stamp.nanosec,y_deg", "imu.secs,imu.nsecs,angle_deg"}) {
+    CAPTURE(header);
+    const Recording recording = read(text(header));
+    CHECK(near(recording.rate_hz, 100.0, 1e-4));  // doubles of Unix times have steps of 0.24 us
+    REQUIRE(recording.signals.at(com_sway).rad.size() == 3);
+    CHECK(recording.signals.at(com_sway).rad[2] == 3.0 * sim::rad_per_deg);
+  }
+  // Columns of other stems or values are not joined.
+  check_error(reading(text("sec,b.nanosec,sway_deg")), Code::times_uneven);
+  check_error(reading("sec,nanosec,sway_deg\n1,0,1\n2,2000000000,2\n2,3000000000,3\n"), Code::times_uneven);
+  CHECK(nanoseconds_beside({"stamp.sec", "stamp.nanosec"}, 0) == 1);
+  CHECK(nanoseconds_beside({"stamp.sec", "other.nanosec"}, 0) == -1);
+  CHECK(nanoseconds_beside({"time_s", "nanosec"}, 0) == -1);
 }

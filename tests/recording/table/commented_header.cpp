@@ -32,6 +32,21 @@ TEST_CASE("its units and quantities count") {
   CHECK(read("# time,com_sway_rad\n0,0.1\n0.01,0.2\n").signals.at(com_sway).rad[1] == 0.2);
 }
 
+TEST_CASE("a commented header above rows with words, and rows with words without a header") {
+  check_one_two_three("# time,mode,pitch_deg\n0,BALANCE,1\n0.01,BALANCE,2\n0.02,BALANCE,3\n");
+  check_one_two_three("# time,mode,pitch_deg\n0,STAND,1\n0.01,,2\n0.02,BALANCE,3\n");
+  check_one_two_three(
+      "%time_ns,field.header.seq,field.header.stamp,field.header.frame_id,field.y_deg\n"
+      "1732876342100000000,0,1732876342100000000,base_link,1\n1732876342110000000,1,1732876342110000000,base_link,2\n"
+      "1732876342120000000,2,1732876342120000000,base_link,3\n");
+  check_one_two_three("0,BALANCE,1\n0.01,BALANCE,2\n0.02,BALANCE,3\n", {.unit = Unit::degree});
+  CHECK(CsvTable("a,2\nb,3\n", "t").rows(0) == 2);
+  // Names: of a quantity, or above other kinds of cells.
+  CHECK(CsvTable("sway,2\na,3\n", "t").names() == Names{"sway", "2"});
+  CHECK(CsvTable("name,2,x\n1,2,3\n", "t").names() == Names{"name", "2", "x"});
+  CHECK(CsvTable("a,b\n1,word\n", "t").names() == Names{"a", "b"});
+}
+
 TEST_CASE("remarks are no header, and a header of its own is another") {
   for (const char* remark : {"# by hand, twice\n", "# two words\n", "% 2026-03-05\n", "# 1,2\n"}) {
     INFO(std::string(remark));

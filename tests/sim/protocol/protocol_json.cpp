@@ -287,6 +287,8 @@ TEST_CASE("what is wrong is refused with its place or key") {
        Code::setting_malformed, "'raised_cosines.moves[0].shape'"},
       {R"({"raised_cosines": {"moves": [{"start_s": 0, "amplitude_deg": 1}], "cycle_s": 10}})", Code::setting_missing,
        "'raised_cosines.moves[0].duration_s'"},
+      {R"({"recording": {"lost_s": 5}})", Code::setting_malformed, R"({"size": 5})"},
+      {R"({"recording": {"lost_s": [1, 5]}})", Code::setting_malformed, "'recording.lost_s'"},
       {R"({"measured": {}})", Code::setting_missing, "'file'"},
       {R"({"measured": 1})", Code::setting_malformed, "my.json"},
       {R"({"measured": {"tilt_deg": [0, "1"]}})", Code::setting_malformed, "'measured.tilt_deg'"},

@@ -79,6 +79,10 @@ class StandardOutput {
 
 }  // namespace
 
+TEST_CASE("an option that is given twice is refused with how often") {
+  check_refused("simulate --seed 1 --seed 2 --seed 3", "--seed: is given 3 times");
+}
+
 TEST_CASE("a command that writes to the standard output leaves it to the next command of the process") {
   const Folder folder;
   const decid::tools::Program program("decid", "", "");

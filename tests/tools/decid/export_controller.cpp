@@ -143,6 +143,11 @@ TEST_CASE("export controller: gains are scaled to another body by m g h, and tha
   CHECK_FALSE(std::filesystem::exists(folder / "n"));
 }
 
+TEST_CASE("export controller: --recording needs a result") {
+  const Folder folder;
+  check_refused("export controller --recording 3 -o " + folder / "out", "--recording: ");
+}
+
 TEST_CASE("export controller: a recording is neither a result nor a protocol") {
   const Folder folder;
   write_text(folder / "t.csv", "time,sway_deg\n0,1\n");

@@ -162,6 +162,14 @@ TEST_CASE("fit: a person's body does not replace a robot's, which the protocol h
   const std::string person = " --mass 60 --height 1.4 --protocol " + folder / "robot.json";
   check_refused("fit " + folder / "log.csv" + person, "--mass, --height: ");
   check_refused("design" + person, "--mass, --height: ");
+  write_text(folder / "brief.json",
+             std::string(R"({"body": {"mass_kg": 60, "com_height_m": 0.8, "inertia_kgm2": 42}, )") +
+                 std::string(brief_protocol).substr(1));
+  const std::string robot = " --quiet --protocol " + folder / "brief.json";
+  run_ok("simulate --kp 500 --kd 130 --kp-pass 120 --kd-pass 60 --delay 0.06" + robot + " -o " + folder / "t.csv");
+  run_ok("fit --max-draws 8 " + folder / "t.csv" + robot + " -o " + folder / "o.json");
+  const Json kp = read_json(folder / "o.json")["recordings"][0]["parameters"][0];
+  CHECK(near(kp["value"].get<double>() / kp["normalized"].get<double>(), 60.0 * 9.81 * 0.8, 1e-9));
 }
 
 TEST_CASE("fit: controllers are compared, parameters fixed; a journal of other controllers is refused") {

@@ -139,6 +139,9 @@ void export_controller(ControllerOptions options, const Command& command) {
   check_firmware_name(options.name);
   const int steps_per_second = steps_per_second_of(options.step_s);
   const bool is_result = !options.result.empty();
+  if (!is_result && command.count("--recording") > 0)
+    throw Error(Code::setting_missing, "--recording", "there is no result whose recording it could be",
+                "give the JSON of decid identify or decid fit, or leave it out");
   Identified chosen{.parameters = {}, .body = sim::Body{}, .which = {}, .caution = {}};
   if (is_result) chosen = identified(options.result, options.recording, options.force);
   if (is_result && !options.controller.empty() && options.controller != chosen.controller->name)

@@ -11,6 +11,7 @@
 #include "base/text.hpp"
 #include "sim/double_pendulum.hpp"
 #include "sim/protocol/protocol_json.hpp"
+#include "sim/segments.hpp"
 #include "sim/streams.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/commands/trial_csv.hpp"
@@ -96,8 +97,8 @@ std::string remedy_by_gains(const sim::Coefficients& of, double mgh) {
                stiffness = of[sim::Coefficient::kp_pass] + responses * of[sim::Coefficient::kp];
   if (stiffness > mgh) return "change the gains or lower the delay";
   const std::string times = responses == 1.0 ? "" : responses == 2.0 ? "twice " : format("%g times ", responses);
-  return format("passive stiffness and %s--kp, %.0f N m/rad, must exceed the body's m g h, %.0f: raise --kp",
-                times.c_str(), stiffness, mgh);
+  return format("passive stiffness and %s--kp, %s N m/rad, must exceed the body's m g h, %s: raise --kp", times.c_str(),
+                sim::mgh_text(stiffness).c_str(), sim::mgh_text(mgh).c_str());
 }
 
 void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "sim/segments.hpp"
 #include "tools/decid/results/results.hpp"
 #include "tools/report/json/group_verdicts.hpp"
 
@@ -129,9 +130,9 @@ std::string fixed_text(const Report& report) {
 std::string bodies_text(const GroupReport& groups) {
   std::string text;
   if (groups.bodies_differ)
-    text += format(
-        "  The people's bodies differ: stiffness and damping are scaled by m g h to one body, of %.0f N m/rad.\n",
-        groups.mgh_nm_rad);
+    text +=
+        format("  The people's bodies differ: stiffness and damping are scaled by m g h to one body, of %s N m/rad.\n",
+               sim::mgh_text(groups.mgh_nm_rad).c_str());
   if (groups.assumed_bodies > 0)
     text += "  " + counted(static_cast<long long>(groups.assumed_bodies), "recording") +
             " with an assumed body: differences in stiffness and damping contain body size; give mass and height.\n";

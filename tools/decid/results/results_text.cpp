@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "sim/segments.hpp"
 #include "tools/decid/results/group_results.hpp"
 #include "tools/decid/results/results.hpp"
 #include "tools/report/json/posterior_results.hpp"
@@ -155,8 +156,8 @@ std::string participant_text(const sim::Body& body) {
 
 std::string body_text(const sim::Body& body, bool assumed, const std::string& remedy) {
   std::string text = std::string(assumed ? "Body (assumed): " : "Body: ") + participant_text(body) +
-                     format("%.1f kg above the ankles, centre of mass at %.3f m, m g h %.0f N m/rad.\n", body.mass_kg,
-                            body.com_height_m, body.mgh());
+                     format("%.1f kg above the ankles, centre of mass at %.3f m, m g h %s N m/rad.\n", body.mass_kg,
+                            body.com_height_m, sim::mgh_text(body.mgh()).c_str());
   if (assumed) return text + "Values in N m/rad and N m s/rad are not this person's: " + remedy + ".\n";
   return text;
 }

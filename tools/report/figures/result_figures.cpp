@@ -12,6 +12,7 @@
 #include "base/files/json_object.hpp"
 #include "base/math/statistics.hpp"
 #include "base/text.hpp"
+#include "sim/segments.hpp"
 #include "tools/report/json/frf.hpp"
 
 namespace decid::tools {
@@ -134,7 +135,7 @@ std::vector<double> finite(std::vector<double> values) {
 /// Returns the title of a parameter's axis: its unit, and the m g h that its values are scaled to, if they are.
 std::string axis_title(const sim::ParameterInfo& info, const Report& report) {
   const bool is_scaled = report.groups && report.groups->bodies_differ && info.scales_with_mgh;
-  return info.shown_unit() + (is_scaled ? format(", for m g h %.0f N m/rad", report.groups->mgh_nm_rad) : "");
+  return info.shown_unit() + (is_scaled ? ", for m g h " + sim::mgh_text(report.groups->mgh_nm_rad) + " N m/rad" : "");
 }
 
 std::string who_cells(const SheetEntry& who) {
@@ -321,7 +322,8 @@ std::vector<Figure> result_figures(const Report& report) {
   if (report.groups && report.groups->bodies_differ)
     for (Figure& figure : figures)
       figure.caption +=
-          format(" Stiffness and damping are scaled to one body, of m g h = %.0f N m/rad.", report.groups->mgh_nm_rad);
+          " Stiffness and damping are scaled to one body, of m g h = " + sim::mgh_text(report.groups->mgh_nm_rad) +
+          " N m/rad.";
   for (Figure& figure : response_figure(all)) figures.push_back(std::move(figure));
   return figures;
 }

@@ -279,7 +279,7 @@ function groupNotes() {
     : `Recordings with the same \u201c${column}\u201d are of one person and are averaged first; people are compared.`;
   const notInferred = report.groups.group_comparison.fixed_parameters;
   return element("div", {}, element("h3", {}, "Who is compared"), element("p", { class: "about" }, people),
-    !differ ? null : element("p", { class: "about" }, `Stiffness and damping are scaled to one body, of m g h = ${fixed(mgh, 0)} N m/rad. The values of each recording, and --table, are for the person\u2019s own body.`),
+    !differ ? null : element("p", { class: "about" }, `Stiffness and damping are scaled to one body, of m g h = ${mgh < 100 ? compact(mgh) : fixed(mgh, 0)} N m/rad. The values of each recording, and --table, are for the person\u2019s own body.`),
     notInferred.length === 0 ? null : element("p", { class: "about" }, `Fixed, and so not compared: ${notInferred.join(", ")}.`),
     out.length === 0 ? null : element("p", { class: "about" }, `Left out: ${out.length} ${out.length === 1 ? "recording" : "recordings"}: ` +
       out.map(({ file, group, reason }) => `${file} (${group}; ${reasons[reason]})`).join(", ") + "."));
