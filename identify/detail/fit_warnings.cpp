@@ -112,6 +112,17 @@ double min_tail_draws(const Density& density, const Posterior& found) {
   return fewest;
 }
 
+Warnings prior_warnings(const Density& density, const Posterior& found) {
+  std::vector<double> means;
+  for (int p = 0; p < density.parameters(); ++p) means.push_back(found.mean(p));
+  const std::string names = posterior::contradicted_priors(density.priors().parameters, density.ranges(), means);
+  if (names.empty()) return {};
+  return {{Severity::caution, "prior_contradicted",
+           "the recording and the prior contradict each other in " + names +
+               ": the values lie more than 5 of the prior's standard deviations from its mean; check the prior's unit "
+               "and the recording"}};
+}
+
 Warnings chain_warnings(const Density& density, const Posterior& found, NetworkUse network) {
   Warnings warnings;
   const bool from_network = network == NetworkUse::answers;
@@ -193,6 +204,7 @@ Warnings posterior_warnings(const Density& density, const posterior::Observation
                             NetworkUse network) {
   Warnings warnings = scale_warnings(density, found);
   append(warnings, edge_warnings(density, found, network));
+  append(warnings, prior_warnings(density, found));
   append(warnings, chain_warnings(density, found, network));
   append(warnings, noise_warnings(observation, found));
   return warnings;

@@ -22,8 +22,8 @@ enum class NetworkUse { none, beside, answers };
 std::vector<int> at_edge(const posterior::Density& density, const posterior::Posterior& found, double probability);
 
 /// Returns what the posterior itself shows: `scale_unlikely` if the mean of the gain's logarithm is more than 2.5 of
-/// the prior's standard deviations from 0, `at_edge`, `chains_disagree`, `few_draws`, `divergences`, `little_noise`,
-/// `unexplained_sway`.
+/// the prior's standard deviations from 0, `at_edge`, `prior_contradicted`, `chains_disagree`, `few_draws`,
+/// `divergences`, `little_noise`, `unexplained_sway`.
 Warnings posterior_warnings(const posterior::Density& density, const posterior::Observation& observation,
                             const posterior::Posterior& found, NetworkUse network);
 

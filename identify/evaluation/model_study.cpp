@@ -305,6 +305,7 @@ void study_double(const Model& model, int realisations, ModelStudy& study, const
 
 std::vector<LearningPoint> read_learning_curve(const std::string& file) {
   const recording::CsvTable table(read_file(file, std::size_t{1} << 24), file);
+  recording::require_whole(table, file);
   const auto trials = table.numbers(column_named(table, "trials", file));
   const auto mse = table.numbers(column_named(table, "mse", file));
   std::vector<LearningPoint> curve;

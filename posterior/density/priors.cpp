@@ -17,6 +17,7 @@ namespace {
 constexpr double latest_start_s = 1.0, max_gain = 0.9;  // so that the loop's phase factors stay small
 constexpr double longest_standing_s = 60.0;
 constexpr double edge = 0.01, tiny_probability = 1e-6;
+constexpr double contradiction_sd = 5.0;
 constexpr double max_range_factor = 100.0;  // of a range's upper end, over the table's or below it
 
 /// Returns the probability of the normal distribution below the quantile.
@@ -95,12 +96,38 @@ double Quantile::slope(double x) const {
   return density > 0.0 ? sd * probability_range * normal_density(x) / density : 0.0;
 }
 
+double Quantile::value_in_tails(double x) const {
+  const auto stddevs_at = [](double probability) { return inverse_normal(std::max(probability, 1e-300)); };
+  const double below = probability_low + probability_range * normal_distribution(x);
+  // Near 1 a probability has no digits for the rest.
+  const double above = normal_distribution((mean - low - range) / sd) + probability_range * normal_distribution(-x);
+  const double stddevs = below < 0.5 ? stddevs_at(below) : -stddevs_at(above);
+  return std::clamp(mean + sd * stddevs, low, low + range);
+}
+
+double Quantile::slope_in_tails(double x) const {
+  const double density = normal_density((value_in_tails(x) - mean) / sd);
+  return density > 0.0 ? sd * probability_range * normal_density(x) / density : 0.0;
+}
+
 double Quantile::coordinate(double value) const {
   if (range == 0.0) return 0.0;
   const double probability = sd == 0.0
                                  ? (value - low) / range
                                  : (normal_distribution((value - mean) / sd) - probability_low) / probability_range;
   return inverse_normal(std::clamp(probability, edge, 1.0 - edge));
+}
+
+std::string contradicted_priors(const std::vector<ParameterPrior>& priors, const sim::ParameterTable& table,
+                                std::span<const double> values) {
+  std::vector<std::string> names;
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    const auto prior = std::ranges::find(priors, table[p].name, &ParameterPrior::name);
+    if (prior == priors.end() || !prior->normal) continue;
+    if (std::abs(values[p] - prior->normal->mean) > contradiction_sd * prior->normal->sd)
+      names.push_back(table[p].name);
+  }
+  return joined(names, ", ");
 }
 
 Priors with_conventions(Priors priors, const sim::ParameterTable& table) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -66,6 +67,10 @@ struct Quantile {
   double value(double x) const;
   /// Returns the derivative of value().
   double slope(double x) const;
+  /// As value() and slope(), of a normal prior, as far as 37 of its standard deviations from its mean. value(), whose
+  /// bits fits of recordings have, ends at 8.
+  double value_in_tails(double x) const;
+  double slope_in_tails(double x) const;
   /// Returns the quantile of the prior at a probability, and its derivative.
   double value_at(double probability) const;
   double slope_at(double probability) const;
@@ -73,6 +78,11 @@ struct Quantile {
   /// have the hundredth's coordinate.
   double coordinate(double value) const;
 };
+
+/// Returns the names of parameters whose values lie farther than 5 of the normal prior's standard deviations from its
+/// mean, joined by commas: there data and prior contradict each other. values: as many as the table has.
+std::string contradicted_priors(const std::vector<ParameterPrior>& priors, const sim::ParameterTable& table,
+                                std::span<const double> values);
 
 /// Returns the priors with all values in SI units, for the protocol's body. Throws Error for values over m g h of a
 /// parameter that does not scale with it.

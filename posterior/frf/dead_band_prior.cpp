@@ -8,27 +8,18 @@ namespace {
 
 constexpr std::size_t side = 512;   // cells; blocks, and cells in each
 constexpr std::size_t nodes = 129;  // per side, where the passing gain is computed; it is linear between them
-constexpr double cut = 1e-3;
-
-/// Returns the value at a node. The ends of a normal distribution are cut, so that the gain is about linear between
-/// nodes.
-double value_of(const posterior::Quantile& prior, std::size_t node) {
-  const double place = static_cast<double>(node) / (nodes - 1);
-  return prior.value_at(prior.sd == 0.0 ? place : std::clamp(place, cut, 1.0 - cut));
-}
 
 }  // namespace
 
 DeadBandPrior::DeadBandPrior(const posterior::Quantile& nv, const posterior::Quantile& theta,
                              const std::function<double(double nv, double theta)>& passes)
-    : theta_(theta),
-      min_theta_(theta.sd == 0.0 ? theta.low : 0.5 / side),
-      max_theta_(theta.sd == 0.0 ? theta.low + theta.range : 1.0 - 0.5 / side) {
-  const double theta_low = theta.sd == 0.0 ? theta.low : 0.0, theta_range = theta.sd == 0.0 ? theta.range : 1.0;
+    : min_theta_(theta.low), max_theta_(theta.low + theta.range) {
+  const auto place_of = [](std::size_t node) { return static_cast<double>(node) / (nodes - 1); };
   std::vector<double> known;
   for (std::size_t i = 0; i < nodes; ++i)
-    for (std::size_t j = 0; j < nodes; ++j) known.push_back(passes(value_of(nv, i), value_of(theta, j)));
-  const double node_theta = theta_range / (nodes - 1);
+    for (std::size_t j = 0; j < nodes; ++j)
+      known.push_back(passes(nv.value_at(place_of(i)), theta.value_at(place_of(j))));
+  const double node_theta = theta.range / (nodes - 1);
   for (std::size_t i = 0; i < side; ++i) {
     for (std::size_t j = 0; j < side; ++j) {
       const double of_nv = (static_cast<double>(i) + 0.5) / side, of_theta = (static_cast<double>(j) + 0.5) / side;
@@ -38,7 +29,7 @@ DeadBandPrior::DeadBandPrior(const posterior::Quantile& nv, const posterior::Qua
       const double* corner = known.data() + low_i * nodes + low_j;
       const double left = corner[0] + fraction_i * (corner[nodes] - corner[0]);
       const double right = corner[1] + fraction_i * (corner[nodes + 1] - corner[1]);
-      cells_.push_back({nv.value_at(of_nv), theta_low + theta_range * of_theta, left + fraction_j * (right - left),
+      cells_.push_back({nv.value_at(of_nv), theta.value_at(of_theta), left + fraction_j * (right - left),
                         (right - left) / node_theta});
     }
   }
@@ -70,8 +61,7 @@ DeadBandPrior::Point DeadBandPrior::at(double passing_rank, double nv_rank) cons
   const double max_shift = (max_theta_ - min_theta_) / 64;
   const double shift = cell.by_theta < 0.0 ? (passing - cell.passing) / cell.by_theta : 0.0;
   const double theta = cell.theta + std::clamp(shift, -max_shift, max_shift);
-  const double limited = std::clamp(theta, min_theta_, max_theta_);
-  return {cell.nv, theta_.sd == 0.0 ? limited : theta_.value_at(limited), rise * side};
+  return {cell.nv, std::clamp(theta, min_theta_, max_theta_), rise * side};
 }
 
 }  // namespace decid::frf

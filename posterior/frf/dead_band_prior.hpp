@@ -1,7 +1,8 @@
 // Coordinates for Nv and theta that a frequency response can distinguish. A response shows how much passes the dead
 // band, but hardly which of the two lets it pass: a thin, bent ridge that chains in Nv and theta cannot follow. One
 // coordinate is the passing gain's rank in the prior. The other is Nv's rank among points of equal gain. Both are
-// uniform under the prior, whatever the priors of Nv and theta are.
+// uniform under the prior if the priors of Nv and theta are. Normal priors need no such coordinates, which end with a
+// grid: they would cut their tails.
 #pragma once
 
 #include <functional>
@@ -18,7 +19,7 @@ class DeadBandPrior {
     double by_rank;  ///< derivative of the passing gain by its rank
   };
 
-  /// passes(nv, theta): returns the passing gain.
+  /// nv, theta: uniform priors. passes(nv, theta): returns the passing gain.
   DeadBandPrior(const posterior::Quantile& nv, const posterior::Quantile& theta,
                 const std::function<double(double nv, double theta)>& passes);
 
@@ -27,13 +28,12 @@ class DeadBandPrior {
 
  private:
   struct Cell {
-    double nv, theta;          // theta as itself if its prior is uniform, else as its probability
+    double nv, theta;
     double passing, by_theta;  // the passing gain, and its derivative by theta
   };
-  posterior::Quantile theta_;
-  double min_theta_, max_theta_;  // of a normal prior: the outer cells' middles, whose tails stay where they are
-  std::vector<Cell> cells_;       // of a grid, in blocks by passing gain, in each by Nv
-  std::vector<double> edges_;     // passing gains between the blocks
+  double min_theta_, max_theta_;
+  std::vector<Cell> cells_;    // of a grid, in blocks by passing gain, in each by Nv
+  std::vector<double> edges_;  // passing gains between the blocks
 };
 
 }  // namespace decid::frf

@@ -53,44 +53,67 @@ Density::Density(const sim::Protocol& protocol, Table table, const Priors& prior
   for (std::size_t p = 0; p < ranges_.size(); ++p) {
     const sim::ParameterInfo& info = ranges_[p];
     quantiles_.push_back(posterior::make_quantile(of_parameters, info.name, info.low, info.range()));
-    if (quantiles_[p].range == 0.0) continue;
-    place_of_[p] = free_.size();
-    free_.push_back(p);
   }
+  add_parameters(false);
+  of_gain_ = free_.size();
+  add_parameters(true);
   const sim::Family& family = protocol.family();
   // Noise and threshold are parameters of their own or constants (posterior::require_family).
   const std::optional<std::size_t> nv = family.find_parameter(sim::Coefficient::nv);
   const std::optional<std::size_t> theta = family.find_parameter(sim::Coefficient::theta);
-  if (!nv || !theta || !place_of_[*nv] || !place_of_[*theta]) return;
+  const auto is_uniform = [&](std::optional<std::size_t> p) { return p && place_of_[*p] && *place_of_[*p] < of_gain_; };
+  if (!is_uniform(nv) || !is_uniform(theta)) return;
   const auto passes = [&](double of_nv, double of_theta) { return model_.passing_gain(of_nv, of_theta); };
   dead_band_ = DeadBand{*nv, *theta, DeadBandPrior(quantiles_[*nv], quantiles_[*theta], passes)};
 }
 
+/// Gives the parameters that are not fixed the next coordinates, those with normal priors or all others.
+void Density::add_parameters(bool normal) {
+  for (std::size_t p = 0; p < ranges_.size(); ++p) {
+    if (quantiles_[p].range == 0.0 || (quantiles_[p].sd > 0.0) != normal) continue;
+    place_of_[p] = free_.size() + (normal ? 1 : 0);  // after the gain
+    free_.push_back(p);
+  }
+}
+
+bool Density::has_given_priors() const {
+  return std::ranges::any_of(priors_.parameters, [&](const posterior::ParameterPrior& prior) {
+    const auto info = std::ranges::find(ranges_, prior.name, &sim::ParameterInfo::name);
+    return prior.range || prior.normal || prior.fixed != info->convention;
+  });
+}
+
 std::optional<std::size_t> Density::find_coordinate(int quantity) const {
-  if (quantity >= gain()) return free_.size() + static_cast<std::size_t>(quantity - gain());
+  if (quantity == gain()) return of_gain_;
+  if (quantity == error()) return size() - 1;
   return place_of_[static_cast<std::size_t>(quantity)];
 }
 
 State Density::state(std::span<const double> x) const {
   State state;
   state.parameters = sim::Parameters(ranges_.size());
-  for (std::size_t p = 0; p < ranges_.size(); ++p)
-    state.parameters[p] = place_of_[p] ? quantiles_[p].value_at(x[*place_of_[p]]) : quantiles_[p].low;
+  for (std::size_t p = 0; p < ranges_.size(); ++p) {
+    const posterior::Quantile& prior = quantiles_[p];
+    state.parameters[p] = !place_of_[p]    ? prior.low
+                          : prior.sd > 0.0 ? prior.value_in_tails(x[*place_of_[p]])
+                                           : prior.value_at(x[*place_of_[p]]);
+  }
   if (dead_band_) {
     const std::size_t nv = dead_band_->nv, theta = dead_band_->theta;
     const DeadBandPrior::Point point = dead_band_->prior.at(x[*place_of_[nv]], x[*place_of_[theta]]);
     state.parameters[nv] = point.nv;
     state.parameters[theta] = point.theta;
   }
-  state.gain = 1.0 + priors_.gain * (2.0 * x[free_.size()] - 1.0);
-  state.error = *priors_.error * decid::exp(decid::log(priors_.error_factor) * x[free_.size() + 1]);
+  state.gain = 1.0 + priors_.gain * (2.0 * x[of_gain_] - 1.0);
+  state.error = *priors_.error * decid::exp(decid::log(priors_.error_factor) * x[size() - 1]);
   return state;
 }
 
-void Density::add_factors(std::size_t coordinate, std::span<const double> x, const State& here,
+void Density::add_factors(std::size_t parameter, std::span<const double> x, const State& here,
                           std::vector<Factor>& factors) const {
-  const std::size_t parameter = free_[coordinate];
-  const double slope = quantiles_[parameter].slope_at(x[coordinate]);
+  const std::size_t coordinate = *place_of_[parameter];
+  const posterior::Quantile& prior = quantiles_[parameter];
+  const double slope = prior.sd > 0.0 ? prior.slope_in_tails(x[coordinate]) : prior.slope_at(x[coordinate]);
   const sim::Family& family = model_.protocol().family();
   if (dead_band_ && parameter == dead_band_->theta) return;
   if (dead_band_ && parameter == dead_band_->nv)
@@ -131,14 +154,14 @@ void Density::respond(std::span<const double> x, const State& here, std::span<Co
   std::vector<Complex> by_coefficient(rows * ResponseModel::derivatives);
   model_.respond(here.parameters, responses, by_coefficient);
   std::vector<Factor> factors;
-  for (std::size_t i = 0; i < free_.size(); ++i) add_factors(i, x, here, factors);
+  for (const std::size_t parameter : free_) add_factors(parameter, x, here, factors);
   std::fill(derived.begin(), derived.end(), 0.0);
   for (std::size_t row = 0; row < rows; ++row) {
     const std::span<Complex> by = derived.subspan(row * size(), size());
     for (const Factor& factor : factors)
       by[factor.coordinate] +=
           here.gain * factor.factor * by_coefficient[row * ResponseModel::derivatives + factor.derivative];
-    by[free_.size()] = 2.0 * priors_.gain * responses[row];
+    by[of_gain_] = 2.0 * priors_.gain * responses[row];
     responses[row] *= here.gain;
   }
 }

@@ -7,9 +7,9 @@
 // the model's controllers nor the table's confidence explain. The parameters' priors are uniform in their ranges or
 // normal, where the loop is stable.
 //
-// Coordinates are uniform from 0 to 1 under the prior: the parameters that are not fixed and the gain as probabilities
-// of their priors; those of the dead band as in DeadBandPrior, with the passing gain instead of Nv. The coordinate of
-// the error's logarithm is normal.
+// Coordinates, in this order: the parameters with a uniform prior and the gain, as probabilities of their priors, from
+// 0 to 1; the parameters with a normal prior and the error's logarithm, which are standard normal under their priors.
+// Nv and theta are as in DeadBandPrior if both priors are uniform, with the passing gain instead of Nv.
 #pragma once
 
 #include <optional>
@@ -57,12 +57,14 @@ class Density {
   int error() const noexcept { return gain() + 1; }
   int quantities() const noexcept { return gain() + 2; }
   bool is_fixed(std::size_t parameter) const { return !place_of_[parameter]; }
+  /// Returns true if a parameter has another prior than the protocol's range or its convention.
+  bool has_given_priors() const;
 
   std::size_t size() const noexcept { return free_.size() + 2; }
   /// Returns the number of leading coordinates that are uniform from 0 to 1 under the prior.
-  std::size_t uniform() const noexcept { return free_.size() + 1; }
-  /// Returns the coordinate of a quantity; of Nv and theta: of the passing gain's rank, and of the other one. Empty for
-  /// a fixed parameter.
+  std::size_t uniform() const noexcept { return of_gain_ + 1; }
+  /// Returns the coordinate of a quantity; of Nv and theta with uniform priors: of the passing gain's rank, and of the
+  /// other one. Empty for a fixed parameter.
   std::optional<std::size_t> find_coordinate(int quantity) const;
 
   State state(std::span<const double> x) const;
@@ -90,15 +92,17 @@ class Density {
     std::size_t coordinate, derivative;
     double factor;
   };
-  void add_factors(std::size_t coordinate, std::span<const double> x, const State& here,
+  void add_factors(std::size_t parameter, std::span<const double> x, const State& here,
                    std::vector<Factor>& factors) const;
+  void add_parameters(bool normal);
 
   Table table_;
   Priors priors_;
   sim::ParameterTable ranges_;
   std::vector<posterior::Quantile> quantiles_;        // of the parameters
-  std::vector<std::size_t> free_;                     // the parameters of the coordinates
+  std::vector<std::size_t> free_;                     // the parameters that have coordinates, in their order
   std::vector<std::optional<std::size_t>> place_of_;  // the coordinates of the parameters
+  std::size_t of_gain_ = 0;                           // the coordinate
   ResponseModel model_;
   struct DeadBand {
     std::size_t nv, theta;  ///< the parameters

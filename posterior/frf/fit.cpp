@@ -21,12 +21,17 @@ using sim::Complex;
 constexpr double unlikely = 0.01;
 // No controller of the model explains a table that is this far from all of them.
 constexpr double impossible = 1e-6, max_left = 0.2;
+/// A table that is fitted better than 999 of 1000 by its confidence has another confidence.
+constexpr double too_likely = 0.999;
 constexpr std::size_t prior_draws = 4096;
 constexpr std::uint64_t of_prior = std::uint64_t{1} << 32;  // the particle number of these random numbers
 
 double phase_deg(Complex response) {
   return decid::atan2(response.imag(), response.real()) / sim::rad_per_deg;
 }
+
+constexpr char within_priors[] = "within the given ranges, priors and fixed values";
+constexpr char remedy_for_priors[] = "; leave out the given ones to see whether another controller does";
 
 /// Returns the standard deviations of the quantities under the prior, over stable loops.
 std::vector<double> prior_stddevs(const Density& density, std::uint64_t seed) {
@@ -51,9 +56,10 @@ std::vector<double> prior_stddevs(const Density& density, std::uint64_t seed) {
 Warnings no_controller_warnings(const Density& density, double left, double p_value) {
   if (!(left > max_left) || p_value >= impossible) return {};
   std::string text = format(
-      "no controller of this model explains the table: the best ones leave %.0f%% of the response unexplained (root "
-      "mean square of the relative error), so do not use their parameters",
-      100.0 * left);
+      "no controller %s explains the table: the best ones leave %.0f%% of the response unexplained (root mean square "
+      "of the relative error), so do not use their parameters%s",
+      density.has_given_priors() ? within_priors : "of this model", 100.0 * left,
+      density.has_given_priors() ? remedy_for_priors : "");
   if (!density.table().has_confidence())
     text += "; the table may also be noisy: add a column sd or ci95, or coherence and cycles, which shows it";
   return {{Severity::invalid, "no_controller", text}};
@@ -172,15 +178,32 @@ void Fit::warn(const Density& density) {
   if (misfit_.p_value < unlikely) {
     add_caution(
         warnings_, "table_unexplained",
-        format(
-            "the model does not explain the table: chi-square is %.3g at %d degrees of freedom by its %s (p = %.2g)%s",
-            misfit_.chi_square, misfit_.degrees_of_freedom, density.table().confidence.c_str(), misfit_.p_value,
-            *priors.error > 0.0
-                ? format("; the intervals attribute the rest, %.0f%% of the response, to errors of the table",
-                         100.0 * left_)
-                      .c_str()
-                : "; the intervals are too narrow"));
+        format("%s the table: chi-square is %.3g at %d degrees of freedom by its %s (p = %.2g)%s%s",
+               density.has_given_priors() ? (std::string("no controller ") + within_priors + " explains").c_str()
+                                          : "the model does not explain",
+               misfit_.chi_square, misfit_.degrees_of_freedom, density.table().confidence.c_str(), misfit_.p_value,
+               *priors.error > 0.0
+                   ? format("; the intervals attribute the rest, %.0f%% of the response, to errors of the table",
+                            100.0 * left_)
+                         .c_str()
+                   : "; the intervals are too narrow",
+               density.has_given_priors() ? remedy_for_priors : ""));
   }
+  if (misfit_.p_value > too_likely)
+    add_caution(
+        warnings_, "confidence_too_large",
+        format("the controllers lie much nearer to the table than its %s says (chi-square %.3g at %d degrees of "
+               "freedom, p = %.4g): it may be in another unit, such as percent, or be the standard deviation of "
+               "people instead of their mean's; the intervals are then too wide",
+               density.table().confidence.c_str(), misfit_.chi_square, misfit_.degrees_of_freedom, misfit_.p_value));
+  std::vector<double> means;
+  for (int p = 0; p < density.gain(); ++p) means.push_back(mean(p));
+  const std::string contradicted = posterior::contradicted_priors(priors.parameters, density.ranges(), means);
+  if (!contradicted.empty())
+    add_caution(warnings_, "prior_contradicted",
+                "the table and the prior contradict each other in " + contradicted +
+                    ": the values lie more than 5 of the prior's standard deviations from its mean; check the prior's "
+                    "unit and the table");
   if (!density.table().has_confidence() && quantile(error(), 0.05) > *priors.error * priors.error_factor) {
     add_caution(
         warnings_, "response_unexplained",

@@ -41,6 +41,12 @@ PointEstimate estimate_at(const Density& density, const std::vector<double>& x, 
   return made;
 }
 
+Density without_normal_priors(const Density& density) {
+  Priors priors = density.priors();
+  for (posterior::ParameterPrior& prior : priors.parameters) prior.normal.reset();
+  return {density.model().protocol(), density.table(), priors};
+}
+
 }  // namespace
 
 std::vector<double> log_ratio_weights(const Table& table) {
@@ -55,6 +61,7 @@ std::vector<double> log_ratio_weights(const Table& table) {
 }
 
 PointEstimate fit_log_ratio(const Density& density, const OptimumSettings& settings) {
+  if (density.uniform() + 1 < density.size()) return fit_log_ratio(without_normal_priors(density), settings);
   const std::vector<Row>& rows = density.table().rows;
   const std::vector<double> weights = log_ratio_weights(density.table());
   const std::size_t size = density.size(), parameters = size - 2;

@@ -44,11 +44,12 @@ inline constexpr int min_table_rows = 3;
 ///   harmonics              optional: the number of neighbouring harmonics of the stimulus that a row averages
 ///
 /// Throws Error for:
-/// - no file, no header, a missing or repeated column, two kinds of confidence, and a cell that is not a finite number;
+/// - no file, no header, a last line that is cut, a missing column, two columns of one quantity, two kinds of
+///   confidence, and a cell that is not a finite number;
 /// - fewer than min_table_rows rows or more than 1000, and frequencies that are not above 0, not rising or repeated;
-/// - gains and confidences that are not above 0, a coherence outside of 0 to 1, and cycles and harmonics that are not
-/// whole numbers;
-/// - a gain in decibels, and phases that look like radians without the name.
+/// - gains outside of 1e-6 to 1000, confidences that are not above 0, a coherence outside of 0 to 1, and cycles and
+///   harmonics that are not whole numbers;
+/// - a unit that a column cannot have, such as decibels and percent, and phases that look like radians without a unit.
 Table read_table(const std::filesystem::path& path);
 
 }  // namespace decid::frf

@@ -99,6 +99,7 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
     if (names_.empty() && read_names(line, above)) return true;
     const bool is_last = line.data() + line.size() == text_.data() + text_.size();
     if (is_last && ends_in_line_ && is_cut(line)) {
+      cut_line_ = line_number;
       add_info(warnings_, "last_line_cut",
                "the file ends in the middle of line " + std::to_string(line_number) + ": decid ignores this line");
       return false;
@@ -233,7 +234,7 @@ bool CsvTable::is_cut(std::string_view line) const {
   if (rows_.size() < rows_of_a_table || !is_value(cells[0])) return false;
   if (cells.size() != names_.size()) return cells.size() < names_.size();
   const std::string_view last = cells.back();
-  // Programs that write a fixed number of decimals write the same number in each row.
+  // Programs that write a fixed number of decimals write the same number in each row. People do not.
   const auto decimals = [](std::string_view cell) {
     return cell.size() - std::min(cell.find_first_of(".,"), cell.size());
   };
@@ -244,7 +245,7 @@ bool CsvTable::is_cut(std::string_view line) const {
     usual = decimals(text);
   }
   if (is_missing(last) && !last.empty() && last != "-") return false;  // a complete word
-  return decimals(last) < usual || !parse_number(last).is_number;
+  return (rows_.size() >= some && decimals(last) < usual) || !parse_number(last).is_number;
 }
 
 /// Appends the places of the last row's cells.

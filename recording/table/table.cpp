@@ -100,6 +100,12 @@ RowLabels Table::labels(int column) const {
   return labels;
 }
 
+void require_whole(const Table& table, const std::string& where) {
+  if (const std::size_t line = table.cut_line())
+    throw Error(Code::file_damaged, where, "ends in the middle of line " + std::to_string(line),
+                "complete the line, or delete it");
+}
+
 std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::optional<int> skip_lines,
                                   const std::string& section) {
   const bool is_stdin = path == standard_input;

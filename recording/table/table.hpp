@@ -78,6 +78,8 @@ class Table {
   virtual std::size_t preamble_lines() const { return 0; }
   /// Returns warnings about ignored parts of the file.
   virtual const Warnings& warnings() const { return none_; }
+  /// Returns the number of the last line if the file ends in the middle of it, so that it is no row; else 0.
+  virtual std::size_t cut_line() const { return 0; }
 
   /// Returns unread content that may hold signals, for messages: "z (20 x 1 complex)".
   virtual std::string unread() const { return {}; }
@@ -109,6 +111,9 @@ class Table {
   Warnings none_;
   std::vector<std::size_t> kept_;  ///< rows of the file; empty: all
 };
+
+/// Throws Error if the file ends in the middle of its last line. For tables whose every row counts.
+void require_whole(const Table& table, const std::string& where);
 
 /// The file name that stands for standard input.
 inline constexpr const char* standard_input = "-";

@@ -178,6 +178,20 @@ TEST_CASE("warnings of a posterior: several ends, divergences, and noise that th
   for (const NetworkUse network : {NetworkUse::none, NetworkUse::beside, NetworkUse::answers})
     CHECK(severity("at_edge", at_ends, 0, network) == Severity::invalid);
 
+  // A normal prior that the draws are far from.
+  const double kp = usual.parameters[sim::Kp];
+  const auto contradicts = [&](double sds) {
+    const posterior::Density with_prior(
+        protocol, {.parameters = {{.name = "Kp", .normal = posterior::ParameterPrior::Normal{kp + sds * 10.0, 10.0}}}});
+    test::set_posterior(found, std::vector(found.states().size(), usual), found.rhat(), found.effective_draws());
+    const Warnings warnings = posterior_warnings(with_prior, observation, found, NetworkUse::none);
+    const auto warning = std::ranges::find(warnings, "prior_contradicted", &Warning::code);
+    return warning != warnings.end() && warning->severity == Severity::caution;
+  };
+  CHECK_FALSE(contradicts(4.9));
+  CHECK(contradicts(5.1));
+  CHECK(contradicts(-5.1));
+
   // Divergences: above 5% of the transitions, and only where the draws are the answer.
   const int few = found.draws() / 20;
   CHECK_FALSE(severity("divergences", usual, few, NetworkUse::beside));

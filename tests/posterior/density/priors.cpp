@@ -104,6 +104,42 @@ TEST_CASE("Quantile: far out the value stays in the range and the slope a number
   }
 }
 
+TEST_CASE("Quantile: values in the tails") {
+  for (const Quantile& q : quantiles()) {
+    if (q.sd == 0.0) continue;
+    for (double x = -5.0; x <= 5.0; x += 0.25) {
+      CHECK(within(q.value_in_tails(x), q.value(x), 1e-9 * (high - low)));
+      const double step = 1e-5;
+      const double difference = (q.value_in_tails(x + step) - q.value_in_tails(x - step)) / (2.0 * step);
+      CHECK(within(q.slope_in_tails(x), difference, 1e-6 * difference + 1e-8 * (high - low)));
+    }
+    for (const double x : {-50.0, -20.0, -9.0, 9.0, 20.0, 50.0}) {
+      CHECK(q.value_in_tails(x) >= low);
+      CHECK(q.value_in_tails(x) <= high);
+      CHECK(std::isfinite(q.slope_in_tails(x)));
+    }
+  }
+  const Quantile narrow = quantile(1.0, 0.01);
+  for (const double x : {-30.0, -12.0, 12.0, 30.0}) {
+    CHECK(near(narrow.value_in_tails(x), 1.0 + 0.01 * x, 1e-12));
+    CHECK(near(narrow.slope_in_tails(x), 0.01, 1e-9));
+  }
+}
+
+TEST_CASE("contradicted_priors: values beyond 5 standard deviations of a normal prior") {
+  const std::vector<ParameterPrior> priors{{.name = "Kp", .normal = ParameterPrior::Normal{900.0, 20.0}},
+                                           {.name = "Kd", .normal = ParameterPrior::Normal{250.0, 10.0}},
+                                           {.name = "delay", .fixed = 0.1}};
+  std::vector<double> values(table().size(), 0.0);
+  values[sim::Kp] = 900.0 + 99.0;
+  values[sim::Kd] = 250.0 - 49.0;
+  CHECK(contradicted_priors(priors, table(), values).empty());
+  values[sim::Kd] = 250.0 - 51.0;
+  CHECK(contradicted_priors(priors, table(), values) == "Kd");
+  values[sim::Kp] = 900.0 + 101.0;
+  CHECK(contradicted_priors(priors, table(), values) == "Kp, Kd");
+}
+
 TEST_CASE("Quantile: the coordinate of a value, at most a hundredth of the probability from the ends") {
   const double end = inverse_normal(0.99);
   for (const Quantile& q : quantiles()) {

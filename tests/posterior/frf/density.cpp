@@ -230,17 +230,63 @@ TEST_CASE("normal priors have their mean and standard deviation, those of the de
   for (unsigned i = 0; i < draws; ++i) {
     const Random random(22, sim::streams::base_parameters, i);
     std::vector<double> x;
-    for (std::size_t k = 0; k < density.size(); ++k) x.push_back(random.uniform(k));
+    for (std::size_t k = 0; k < density.size(); ++k)
+      x.push_back(k < density.uniform() ? random.uniform(k) : random.normal(k));
     const sim::Parameters parameters = density.state(x).parameters;
     const double a = (parameters[sim::Kp] - 900.0) / 50.0, b = (parameters[sim::Nv] - 0.4) / 0.05,
                  c = (parameters[sim::Theta] - 0.003) / 0.0003;
     kp += a / draws, nv += b / draws, theta += c / draws;
     kp_squares += a * a / draws, nv_squares += b * b / draws, theta_squares += c * c / draws;
   }
-  // 4.5 standard errors, 1 / sqrt(4000) and sqrt(2 / 4000); theta also moves to keep the passing gain.
+  // 4.5 standard errors, 1 / sqrt(4000) and sqrt(2 / 4000).
   for (const double mean : {kp, nv, theta}) CHECK(within(mean, 0.0, 0.071));
-  for (const double square : {kp_squares, nv_squares}) CHECK(within(square, 1.0, 0.1));
-  CHECK(within(theta_squares, 1.0, 0.15));
+  for (const double square : {kp_squares, nv_squares, theta_squares}) CHECK(within(square, 1.0, 0.1));
+}
+
+TEST_CASE("normal priors have normal coordinates, far out too, behind the gain") {
+  const Density density(
+      sim::short_protocol(), empty_table(short_frequencies_hz, 0.1),
+      {.parameters = {
+           {"Kp", {}, Normal{900.0, 20.0}, {}}, {"Nv", {}, {}, Fixed(0.2)}, {"theta", {}, Normal{0.002, 0.0001}, {}}}});
+  CHECK(density.size() == 8);
+  CHECK(density.uniform() == 5);
+  CHECK(density.find_coordinate(sim::Kd) == 0);
+  CHECK(density.find_coordinate(density.gain()) == 4);
+  CHECK(density.find_coordinate(sim::Kp) == 5);
+  CHECK(density.find_coordinate(sim::Theta) == 6);
+  CHECK(density.find_coordinate(density.error()) == 7);
+  for (const double sds : {-15.0, -3.0, 0.0, 3.0, 15.0}) {
+    std::vector<double> x(8, 0.5);
+    x[5] = sds;
+    x[6] = -sds;
+    const sim::Parameters parameters = density.state(x).parameters;
+    CHECK(near(parameters[sim::Kp], 900.0 + 20.0 * sds, 1e-9));
+    CHECK(near(parameters[sim::Theta], 0.002 - 0.0001 * sds, 1e-9));
+  }
+  CHECK(density.has_given_priors());
+  CHECK_FALSE(Density(sim::short_protocol(), empty_table(short_frequencies_hz, 0.1), {}).has_given_priors());
+}
+
+TEST_CASE("gradients by Nv and theta with normal priors are those of finite differences") {
+  const auto check = [](const std::vector<posterior::ParameterPrior>& priors) {
+    const Density density(sim::short_protocol(), empty_table(short_frequencies_hz, 0.05), {.parameters = priors});
+    std::vector<double> x(density.size(), 0.4);
+    REQUIRE(density.is_stable(density.state(x)));
+    const frf::Local local = evaluated(density, x);
+    double largest = 0.0;
+    for (const double value : local.gradient) largest = std::max(largest, std::abs(value));
+    for (std::size_t i = 0; i < density.size(); ++i) {
+      CAPTURE(i);
+      std::vector<double> below = x, above = x;
+      below[i] -= 1e-5;
+      above[i] += 1e-5;
+      const double expected = (evaluated(density, above).misfit - evaluated(density, below).misfit) / 2e-5;
+      CHECK(within(local.gradient[i], expected, 1e-6 * largest));
+    }
+  };
+  check({{"Nv", {}, Normal{0.4, 0.05}, {}}, {"theta", {}, Normal{0.003, 0.0003}, {}}});
+  check({{"Nv", {}, Normal{0.4, 0.05}, {}}});
+  check({{"theta", {}, Normal{0.003, 0.0003}, {}}});
 }
 
 TEST_CASE("densities of rows add up to the misfit") {

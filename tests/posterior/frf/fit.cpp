@@ -1,6 +1,10 @@
 #include "posterior/frf/fit.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "base/files/sha256.hpp"
 #include "base/text.hpp"
@@ -20,12 +24,17 @@ frf::State known() {
   return {{900.0, 260.0, 150.0, 120.0, 0.2, 0.002, 0.12}, 1.0, 0.0};
 }
 
+/// The response of that controller with a standard deviation of 0.02.
+frf::Table table_of_known() {
+  const Density made(sim::short_protocol(), empty_table(short_frequencies_hz, 0.02), {});
+  return test::table_for(made, known(), Random(4, sim::streams::base_parameters, 0));
+}
+
 /// Fits the response of a known controller, its gains changed by `spoil` at each row, with that standard deviation.
 frf::Fit fit_of(double stddev, const frf::Priors& priors, double (*spoil)(std::size_t) = nullptr,
                 const frf::SmcSettings& settings = {}) {
   const sim::Protocol protocol = sim::short_protocol();
-  const Density made(protocol, empty_table(short_frequencies_hz, 0.02), {});
-  frf::Table table = test::table_for(made, known(), Random(4, sim::streams::base_parameters, 0));
+  frf::Table table = table_of_known();
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     table.rows[i].stddev = stddev;
     if (spoil) table.rows[i].response *= spoil(i);
@@ -38,7 +47,126 @@ double zigzag(std::size_t row) {
   return row % 2 == 0 ? 1.5 : 0.6;
 }
 
+bool has(const frf::Fit& found, std::string_view code) {
+  return std::ranges::count(found.warnings(), code, &Warning::code) > 0;
+}
+
+using Prior = posterior::ParameterPrior;
+
+using Normals = std::vector<std::pair<std::size_t, Prior::Normal>>;  // by parameter
+
+/// Fixes the known controller's parameters except these, which have normal priors.
+frf::Priors normal_priors(const Normals& normals) {
+  frf::Priors priors{.gain = 0.0, .error = 0.0};
+  const sim::ParameterTable& table = sim::single_pendulum().parameters;
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    const auto normal = std::ranges::find(normals, p, [](const auto& pair) { return pair.first; });
+    Prior& prior = priors.parameters.emplace_back(Prior{.name = table[p].name});
+    if (normal != normals.end())
+      prior.normal = normal->second;
+    else
+      prior.fixed = known().parameters[p];
+  }
+  return priors;
+}
+
+struct Moments {
+  double mean, stddev;
+};
+
+/// The posterior's moments of each normal parameter on a grid within 12 of the prior's standard deviations.
+std::vector<Moments> on_grid(const Density& density, const Normals& normals, int side) {
+  frf::State state = known();
+  std::vector<double> rows(density.table().rows.size());
+  std::vector<std::vector<double>> points;
+  std::vector<double> logarithms, point(normals.size());
+  int nodes = 1;
+  for (std::size_t k = 0; k < normals.size(); ++k) nodes *= side;
+  for (int node = 0; node < nodes; ++node) {
+    double sum = 0.0;
+    bool is_inside = true;
+    for (std::size_t k = 0, rest = static_cast<std::size_t>(node); k < normals.size();
+         ++k, rest /= static_cast<std::size_t>(side)) {
+      const auto& [parameter, normal] = normals[k];
+      const double z = 12.0 * (2.0 * (static_cast<double>(rest % static_cast<std::size_t>(side)) + 0.5) / side - 1.0);
+      state.parameters[parameter] = point[k] = normal.mean + z * normal.sd;
+      is_inside =
+          is_inside && point[k] >= density.ranges()[parameter].low && point[k] <= density.ranges()[parameter].high;
+      sum -= 0.5 * z * z;
+    }
+    if (!is_inside || !density.is_stable(state)) continue;
+    density.log_densities(state, rows);
+    for (const double value : rows) sum += value;
+    points.push_back(point);
+    logarithms.push_back(sum);
+  }
+  const double largest = *std::ranges::max_element(logarithms);
+  std::vector<Moments> moments;
+  for (std::size_t k = 0; k < normals.size(); ++k) {
+    double whole = 0.0, mean = 0.0, squares = 0.0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double weight = std::exp(logarithms[i] - largest);
+      whole += weight, mean += weight * points[i][k], squares += weight * points[i][k] * points[i][k];
+    }
+    mean /= whole;
+    moments.push_back({mean, std::sqrt(squares / whole - mean * mean)});
+  }
+  return moments;
+}
+
+/// Checks the draws against the grid: 4.5 standard errors of 1000 draws.
+void check_on_grid(const Normals& normals, int side, double distance, bool contradicted) {
+  const Density density(sim::short_protocol(), table_of_known(), normal_priors(normals));
+  const frf::Fit found = frf::fit(density, {});
+  CHECK(found.agreed());
+  CHECK(has(found, "prior_contradicted") == contradicted);
+  const std::vector<Moments> grid = on_grid(density, normals, side);
+  for (std::size_t k = 0; k < normals.size(); ++k) {
+    const int quantity = static_cast<int>(normals[k].first);
+    CAPTURE(quantity);
+    CHECK(within(found.mean(quantity), grid[k].mean, 0.15 * grid[k].stddev));
+    CHECK(near(found.stddev(quantity), grid[k].stddev, 0.12));
+  }
+  const Prior::Normal& first = normals.front().second;
+  CHECK(std::abs(grid.front().mean - first.mean) > distance * first.sd);
+}
+
 }  // namespace
+
+TEST_CASE("normal priors of the dead band reach beyond 3 of their standard deviations, as on a grid") {
+  check_on_grid({{sim::Theta, {0.003, 0.00025}}, {sim::Nv, {0.2, 0.02}}}, 240, 3.5, false);
+}
+
+TEST_CASE("normal priors reach beyond 8 of their standard deviations, as on a grid, with a caution") {
+  check_on_grid({{sim::Kp, {600.0, 20.0}}}, 2000, 9.0, true);
+  check_on_grid({{sim::Kp, {1200.0, 20.0}}}, 2000, 9.0, true);
+}
+
+TEST_CASE("confidences that are far too large are a caution") {
+  const frf::Fit found = fit_of(1.0, {});
+  CHECK(found.misfit().p_value > 0.999);
+  REQUIRE(found.warnings().size() == 1);
+  CHECK(found.warnings()[0].code == "confidence_too_large");
+  CHECK(found.warnings()[0].severity == Severity::caution);
+}
+
+TEST_CASE("the priors that are given are named if no controller within them explains the table") {
+  const auto text_of = [](const frf::Priors& priors, std::string_view code) {
+    const frf::Fit found = fit_of(0.02, priors);
+    const auto warning = std::ranges::find(found.warnings(), code, &Warning::code);
+    REQUIRE(warning != found.warnings().end());
+    return warning->text;
+  };
+  for (const Prior& prior :
+       {Prior{.name = "delay", .fixed = 0.22}, Prior{.name = "delay", .range = Prior::Range{0.2, 0.24}},
+        Prior{.name = "delay", .normal = Prior::Normal{0.22, 0.001}}})
+    for (const char* code : {"no_controller", "table_unexplained"}) {
+      CAPTURE(code);
+      CHECK(contains(text_of({.parameters = {prior}}, code), "given ranges, priors and fixed values"));
+    }
+  const frf::Fit spoilt = fit_of(0.02, {}, zigzag);
+  for (const Warning& warning : spoilt.warnings()) CHECK_FALSE(contains(warning.text, "given"));
+}
 
 TEST_CASE("draws are states, and known parameters have one value") {
   const frf::Fit found =

@@ -143,3 +143,14 @@ TEST_CASE("parameters at an end of their range are reported") {
   CHECK_FALSE(found.at_end[sim::Kd]);
   CHECK(found.state.parameters[sim::Kd] == 250.0);
 }
+
+TEST_CASE("the least squares use normal priors as uniform") {
+  const frf::Table table = made(sim::short_protocol(), Random(12, sim::streams::base_parameters, 3));
+  const auto found = [&](const frf::Priors& priors) {
+    return frf::fit_log_ratio(frf::Density(sim::short_protocol(), table, priors), {}).state.parameters;
+  };
+  const sim::Parameters plain = found({}),
+                        normal = found(
+                            {.parameters = {{.name = "Kp", .normal = posterior::ParameterPrior::Normal{800.0, 5.0}}}});
+  for (std::size_t p = 0; p < plain.size(); ++p) CHECK(plain[p] == normal[p]);
+}

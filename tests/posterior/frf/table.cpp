@@ -1,5 +1,6 @@
 #include "posterior/frf/table.hpp"
 
+#include "sim/protocol/experiment.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;
@@ -92,7 +93,6 @@ TEST_CASE("tables that cannot be used are errors") {
   check_refused("frequency,gain,phase\n0.05,0.9,x\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::value_invalid, "line 2");
   check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n", Code::setting_out_of_range, "2 rows");
   check_refused("frequency,gain,phase\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", Code::unit_unknown, "phase_rad");
-  check_refused("frequency,gain,phase_deg\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", Code::unit_unknown, "phase_rad");
   const auto with = [](const std::string& header, const std::string& cells) {
     return "frequency,gain,phase," + header + "\n0.05,0.9,20," + cells + "\n0.4,1.8,-60," + cells + "\n1.1,0.8,-150," +
            cells + "\n";
@@ -105,4 +105,65 @@ TEST_CASE("tables that cannot be used are errors") {
   check_refused(with("coherence,cycles", "0.5,0.5"), Code::value_invalid, "0.5 is");
   check_refused(with("harmonics", "1.5"), Code::value_invalid, "1.5 is");
   check_error([] { frf::read_table("/no/such/table.csv"); }, Code::file_missing, "/no/such/table.csv");
+}
+
+TEST_CASE("the last line counts, unless it is cut") {
+  std::string eleven = "frequency_hz,gain,phase_deg\n";
+  for (int i = 0; i < 10; ++i) eleven += "1." + std::to_string(i) + ",0.50,-12.3\n";
+  const frf::Table typed = read(eleven + "2.2,0.14,-137");
+  REQUIRE(typed.rows.size() == 11);
+  CHECK(near(std::abs(typed.rows.back().response), 0.14, 1e-12));
+  check_refused(eleven + "2.2,0.13", Code::file_damaged, "line 12");
+  check_refused("frequency,gain,phase,sd\n0.05,0.9,20,0.1\n0.4,1.8,-60,0.1\n1.1,0.8,-150,0.1\n2.2,0.1395,-13",
+                Code::file_damaged, "line 5");
+}
+
+TEST_CASE("columns in units that they cannot have are errors") {
+  const auto with = [](const std::string& gain, const std::string& header, const std::string& cells) {
+    return "frequency," + gain + ",phase_deg," + header + "\n0.05,0.9,20," + cells + "\n0.4,1.8,-60," + cells +
+           "\n1.1,0.8,-150," + cells + "\n";
+  };
+  for (const char* name :
+       {"sd (%)", "SD [%]", "sd_percent", "gain_sd (dB)", "sem_pct", "sd (deg)", "sd_mm", "ci95 (%)", "radius95 (%)"})
+    check_refused(with("gain", name, "3"), Code::unit_unknown, name);
+  for (const char* name : {"gain (%)", "gain [dB]", "magnitude_db", "gain (mm/deg)", "gain (deg)"})
+    check_refused(with(name, "sd", "0.1"), Code::unit_unknown, name);
+  check_refused(with("gain", "coherence (%),cycles", "0.5,8"), Code::unit_unknown, "coherence (%)");
+  check_refused("frequency (rad/s),gain,phase_deg\n" + rows, Code::unit_unknown, "rad/s");
+  check_refused("freq_mhz,gain,phase_deg\n" + rows, Code::unit_unknown, "freq_mhz");
+  check_refused("frequency,gain,phase (%)\n" + rows, Code::unit_unknown, "phase (%)");
+  check_refused("frequency,gain,phase,sd\nHz,-,deg,%\n0.05,0.9,20,3\n0.4,1.8,-60,3\n1.1,0.8,-150,3\n",
+                Code::unit_unknown, "sd (%)");
+  check_refused("frequency,gain,phase\nHz,%,deg\n" + rows, Code::unit_unknown, "gain (%)");
+  for (const char* name : {"sd (deg/deg)", "sd [-]", "sd"})
+    CHECK(read(with("gain", name, "0.1")).rows[1].stddev == 0.1);
+  CHECK(read("f (Hz),Gain (deg/deg),Phase [mrad]\n0.05,0.9,200\n0.4,1.8,-600\n1.1,0.8,-1500\n").rows.size() == 3);
+}
+
+TEST_CASE("two columns of one quantity are errors, whatever their names") {
+  const auto check = [](const std::string& header, const std::string& cells, std::string_view fact) {
+    check_refused(header + "\n0.05," + cells + "\n0.4," + cells + "\n1.1," + cells + "\n", Code::column_ambiguous,
+                  fact);
+  };
+  check("frequency,gain,phase,sd,sem", "0.9,20,0.1,0.2", "'sd', 'sem'");
+  check("frequency,gain,phase,ci95,gain_ci_95", "0.9,20,0.1,0.2", "'ci95', 'gain_ci_95'");
+  check("frequency,gain,magnitude,phase", "0.9,0.8,20", "'gain', 'magnitude'");
+  check("freq,frequency_hz,gain,phase", "0.05,0.9,20", "'freq', 'frequency_hz'");
+  check("frequency,gain,phase_deg,phase_rad", "0.9,20,0.3", "'phase_deg', 'phase_rad'");
+}
+
+TEST_CASE("small phases are degrees if their name says so") {
+  const std::string small = "\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n";
+  check_refused("frequency,gain,phase" + small, Code::unit_unknown, "phase_deg or phase_rad");
+  const auto phase_deg = [&](const char* name) {
+    return std::arg(read("frequency,gain," + std::string(name) + small).rows[2].response) / sim::rad_per_deg;
+  };
+  for (const char* name : {"phase_deg", "phase (deg)", "Phase [\u00B0]"}) CHECK(near(phase_deg(name), -2.6, 1e-9));
+  CHECK(near(phase_deg("phase_rad"), -2.6 / sim::rad_per_deg, 1e-9));
+}
+
+TEST_CASE("gains that no sway over a tilt has are errors") {
+  for (const char* gain : {"1e-200", "9e-7", "1001", "1e200"})
+    check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4," + std::string(gain) + ",-60\n1.1,0.8,-150\n",
+                  Code::value_invalid, "line 3, gain");
 }
