@@ -241,7 +241,7 @@ Warnings falling_warnings(const PredictiveCheck& check) {
                 format("in %d of %d trials simulated from the draws the body falls: the draws include controllers with "
                        "which this body cannot stand, so means and intervals are off; give narrower ranges with %s, "
                        "first of the delay",
-                       falling, PredictiveCheck::trials, setting("range").c_str()));
+                       falling, PredictiveCheck::trials, setting("ranges").c_str()));
   return warnings;
 }
 

@@ -159,7 +159,7 @@ TEST_CASE("identify: samples that are not a recording are refused") {
     check_error([&] { identify(model(), sway, rate); }, Code::setting_out_of_range);
   std::vector<double> bad = sway;
   bad[777] = std::nan("");
-  check_error([&] { identify(model(), bad, 100.0); }, Code::value_invalid, "sample 777");
+  check_error([&] { identify(model(), bad, 100.0); }, Code::value_invalid, "sample 778");
   check_error([&] { identify(model(), std::vector<double>(12100, 0.01), 100.0); }, Code::value_invalid);
   std::vector<double> degrees = sway;  // taken for radians
   for (double& value : degrees) value /= sim::rad_per_deg / 100;

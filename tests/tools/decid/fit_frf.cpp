@@ -81,7 +81,9 @@ TEST_CASE("fit --frf takes the body, the tilt's size and known parameters") {
   const auto text =
       run_decid("fit --frf " + usual + " --truth Kp=900,Kd=260,Kp_pass=150,Kd_pass=120,Nv=.2,theta=.002,delay=.12");
   CHECK(text.code == 0);
-  for (const char* words : {"11 frequencies, 0.05 to 2.2 Hz", "contraction", "R-hat"}) CHECK(contains(text.out, words));
+  for (const char* words :
+       {"11 frequencies, 0.05 to 2.2 Hz", "usable: table passed all checks", "contraction", "R-hat"})
+    CHECK(contains(text.out, words));
   CHECK(text.out.find("chi-square") > text.out.find("contraction"));  // the answer comes first
   CHECK(contains(text.out, "posterior predictive p"));
 }

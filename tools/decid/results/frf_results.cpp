@@ -176,7 +176,7 @@ std::string misfit_text(const FrfAnswer& answer) {
 std::string parameters_text(const FrfAnswer& answer, const std::optional<sim::Parameters>& truth) {
   const frf::Fit& found = answer.found;
   if (!found.explained())
-    return "  decid shows no parameters, because no controller of the model has this response; the nearest ones "
+    return "  decid shows no parameters, because no controller in the ranges has this response; the nearest ones "
            "have:\n";
   const sim::ParameterTable& ranges = answer.density.ranges();
   std::string text = table_heading(name_width(ranges), "estimate", truth.has_value(), " contraction");
@@ -206,7 +206,7 @@ std::string rows_text(const FrfAnswer& answer) {
 
 std::string answer_text(const FrfAnswer& answer, const std::optional<sim::Parameters>& truth, double seconds) {
   const frf::Fit& found = answer.found;
-  std::string text = trust_text(warnings_of(answer)) + parameters_text(answer, truth);
+  std::string text = trust_text(warnings_of(answer), "table") + parameters_text(answer, truth);
   if (found.stddev(found.gain()) > 0.0)
     text += format("  scale of the table's gain %.3g +- %.2g (1 = correct)\n", found.mean(found.gain()),
                    found.stddev(found.gain()));

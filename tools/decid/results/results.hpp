@@ -46,8 +46,8 @@ std::string name_and_unit(const sim::ParameterInfo& info, const std::string& per
 /// Returns a line that says whose stiffness and damping the tables show, and a line if the body is assumed, or if the
 /// weight may be in pounds. remedy: for an assumed body.
 std::string body_text(const sim::Body& body, bool assumed, const std::string& remedy = "give --mass and --height");
-/// Returns a line: the trust, with the most severe of the warnings.
-std::string trust_text(const Warnings& warnings);
+/// Returns a line: the trust, with the most severe of the warnings. what: the checked data, "recording".
+std::string trust_text(const Warnings& warnings, const std::string& what = "recording");
 /// Returns a line of a warning: its severity, as the JSON names it, and its text.
 std::string warning_line(const Warning& warning);
 /// Returns a line for each of the other warnings.

@@ -162,10 +162,10 @@ std::string body_text(const sim::Body& body, bool assumed, const std::string& re
   return text;
 }
 
-std::string trust_text(const Warnings& warnings) {
+std::string trust_text(const Warnings& warnings, const std::string& what) {
   const Trust trust = worst_trust(warnings);
   return "  " + std::string(name(trust)) + ": " +
-         (trust == Trust::usable ? "recording passed all checks" : most_severe(warnings)->text) + "\n";
+         (trust == Trust::usable ? what + " passed all checks" : most_severe(warnings)->text) + "\n";
 }
 
 std::string warning_line(const Warning& warning) {
