@@ -9,8 +9,8 @@
 namespace decid {
 
 /// The endings of recordings' names.
-inline constexpr std::array<std::string_view, 11> endings_of_recordings{
-    ".csv", ".tsv", ".txt", ".dat", ".mat", ".c3d", ".xlsx", ".trc", ".mot", ".sto", ".lvm"};
+inline constexpr std::array<std::string_view, 11> endings_of_recordings{".csv",  ".tsv", ".txt", ".dat", ".mat", ".c3d",
+                                                                        ".xlsx", ".trc", ".mot", ".sto", ".lvm"};
 
 /// Returns true for names that begin with a point, and for the lock files of office programs ("~$results.xlsx").
 bool is_hidden(const std::filesystem::path& path);

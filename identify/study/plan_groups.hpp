@@ -50,8 +50,8 @@ std::size_t compare_within(const std::string& column, const RecordingPlan& plan,
 /// numbers that seem to have commas between thousands.
 std::vector<double> read_covariate(const RecordingPlan& plan, const std::string& column);
 
-/// Adds a covariate: a column of numbers. Throws Error as read_covariate() does, for fewer than two values, for codes of
-/// unknown values such as -99 and 999 that are far from all others, and for what the model of groups cannot tell.
+/// Adds a covariate: a column of numbers. Throws Error as read_covariate() does, for fewer than two values, for codes
+/// of unknown values such as -99 and 999 that are far from all others, and for what the model of groups cannot tell.
 void add_covariate(const std::string& column, const RecordingPlan& plan, GroupTable& groups);
 
 /// Throws Error if recordings that are fitted together are compared with each other.

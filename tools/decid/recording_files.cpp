@@ -89,8 +89,7 @@ class Search {
   /// Returns true for a file that may be a recording; counts others. `any_ending`: the pattern names the ending.
   bool is_recording(const fs::path& path, bool any_ending) {
     std::error_code ignored;
-    if (is_hidden(path) || std::ranges::find(used_, locate(path)) != used_.end())
-      return false;
+    if (is_hidden(path) || std::ranges::find(used_, locate(path)) != used_.end()) return false;
     if (!fs::is_regular_file(path, ignored)) {
       left_out_.dead_links += fs::is_symlink(path, ignored) && !fs::exists(path, ignored) ? 1 : 0;
       return false;
@@ -194,9 +193,10 @@ RecordingFiles recording_files(const std::vector<std::string>& arguments, const 
     const std::string left_out = search.left_out().text();
     const std::string more = left_out.empty() ? "" : " (" + left_out + ")";
     if (found.empty() && folder)
-      throw Error(Code::file_missing, argument, "is a folder without a recording" + more,
-                  "name one with files that end in .csv, .tsv, .txt, .dat, .mat, .c3d, .xlsx, .trc, .mot, .sto or .lvm, or the "
-                  "files themselves");
+      throw Error(
+          Code::file_missing, argument, "is a folder without a recording" + more,
+          "name one with files that end in .csv, .tsv, .txt, .dat, .mat, .c3d, .xlsx, .trc, .mot, .sto or .lvm, or the "
+          "files themselves");
     if (found.empty())
       throw Error(Code::file_missing, argument, "matches no file" + more, "check the folder and the pattern");
     files.insert(files.end(), found.begin(), found.end());

@@ -27,8 +27,9 @@ struct RecordingFiles {
 
 /// Returns the files for which the arguments stand.
 /// - A folder: every file in it whose name ends like a recording's (.csv, .tsv, .txt, .dat, .mat, .c3d, .xlsx, .trc,
-///   .mot, .sto, .lvm, in capitals too), in the order of their names. With `recursive` also the files in the folders within, except
-///   hidden ones. Omits tables of decid's results, and files that describe recordings: participants.tsv, README.txt,
+///   .mot, .sto, .lvm, in capitals too), in the order of their names. With `recursive` also the files in the folders
+///   within, except hidden ones. Omits tables of decid's results, and files that describe recordings: participants.tsv,
+///   README.txt,
 ///   *_channels.tsv and others of BIDS.
 /// - A pattern of *, ? and [] that is not a file itself: its matches in order, and the files of folders among them.
 ///   "**" stands for any number of folders; if it is the last part, its matches must end like a recording's name.

@@ -188,11 +188,12 @@ Json recording_json(const RecordingResult& id, const Report& report) {
         {{"begin_s", static_cast<double>(gap.first) / rate_hz}, {"end_s", static_cast<double>(gap.end) / rate_hz}});
   }
   if (const std::optional<recording::LowPass>& filter = id.trial.low_pass)
-    recording["low_pass"] = {{"cutoff_hz", filter->cutoff_hz},
-                             {"order", filter->order},
-                             {"both_ways", filter->both_ways},
-                             {"average_s", filter->averaged > 0 ? Json(filter->averaged / filter->rate_hz) : Json(nullptr)},
-                             {"gain_at_2.5_hz", filter->gain_at(recording::low_pass_hz)}};
+    recording["low_pass"] = {
+        {"cutoff_hz", filter->cutoff_hz},
+        {"order", filter->order},
+        {"both_ways", filter->both_ways},
+        {"average_s", filter->averaged > 0 ? Json(filter->averaged / filter->rate_hz) : Json(nullptr)},
+        {"gain_at_2.5_hz", filter->gain_at(recording::low_pass_hz)}};
   recording["frf"] = explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr);
   recording["trust"] = name(id.trust());
   recording["warnings"] = warnings_json(id.warnings);
