@@ -37,7 +37,8 @@ void label_parts(std::vector<PlannedRecording>& recordings) {
   std::map<std::string, std::vector<std::size_t>> of_name;
   for (std::size_t i = 0; i < recordings.size(); ++i)
     if (!recordings[i].error) of_name[recordings[i].source.name()].push_back(i);
-  for (const auto& [name, some] : of_name) {
+  for (const auto& named : of_name) {
+    const std::vector<std::size_t>& some = named.second;
     std::map<std::pair<std::string, std::string>, std::size_t> count;
     for (const std::size_t i : some)
       for (const auto& option : part_options(recordings[i])) ++count[option];

@@ -50,10 +50,8 @@ Density::Density(const sim::Protocol& protocol, Table table, const Priors& prior
   const posterior::Priors of_parameters =
       posterior::with_conventions({.parameters = priors.parameters}, protocol.ranges());
   priors_.parameters = of_parameters.parameters;
-  for (std::size_t p = 0; p < ranges_.size(); ++p) {
-    const sim::ParameterInfo& info = ranges_[p];
+  for (const sim::ParameterInfo& info : ranges_)
     quantiles_.push_back(posterior::make_quantile(of_parameters, info.name, info.low, info.range()));
-  }
   add_parameters(false);
   of_gain_ = free_.size();
   add_parameters(true);
