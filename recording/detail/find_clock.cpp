@@ -158,7 +158,14 @@ Clock find_clock(Table& table, int sway, int time, const RecordingOptions& optio
     return given;
   }
   if (options.rate_hz) {
-    if (std::abs(clock.rate_hz - *options.rate_hz) > rate_tolerance * clock.rate_hz) {
+    const auto is_given = [&](double factor) {
+      return std::abs(factor * clock.rate_hz - *options.rate_hz) <= rate_tolerance * factor * clock.rate_hz;
+    };
+    const char* const unit = is_given(1e3) ? "milliseconds" : is_given(1e6) ? "microseconds" : "nanoseconds";
+    if (is_given(1e3) || is_given(1e6) || is_given(1e9)) {
+      add_info(recording.warnings, "rate_differs",
+               "the column " + name + " has the given rate, " + six_digits(*options.rate_hz) + " Hz, in " + unit);
+    } else if (!is_given(1.0)) {
       add_caution(recording.warnings, "rate_differs",
                   "the column " + name + " gives " + six_digits(clock.rate_hz) + " Hz; decid uses the given rate, " +
                       six_digits(*options.rate_hz) + " Hz");

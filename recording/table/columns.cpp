@@ -212,10 +212,10 @@ int find_named(const Table& table, int without, std::initializer_list<const char
 int named_column(const Table& table, const std::string& column, const std::string& where,
                  const std::string& setting_name) {
   // In this order: the exact name; another case; without its unit: "KSP" for "KSP (deg)"; a number; then "LHIP_x" for
-  // "LHIP_x_mm".
+  // "LHIP_x_mm"; then the same behind the name of a subject, as Vicon writes it: "HIP X" for "Sub1:HIP X (mm)".
   const auto key = [](const std::string& text) { return lower_case(with_plain_blanks(text)); };
   const std::string joined_words = joined(words(column), "_");
-  std::vector<int> exact, paths, alike, plain, suffixed;
+  std::vector<int> exact, paths, alike, plain, suffixed, of_subject;
   for (int i = 0; i < table.columns(); ++i) {
     const std::string& name = table.name(i);
     if (name == column) exact.push_back(i);
@@ -223,11 +223,13 @@ int named_column(const Table& table, const std::string& column, const std::strin
     if (key(name) == key(column)) alike.push_back(i);
     if (key(name_before_unit(name)) == key(column)) plain.push_back(i);
     if (!joined_words.empty() && name_without_unit(name) == joined_words) suffixed.push_back(i);
+    const std::string own = name.substr(std::min(name.find(':'), name.size() - 1) + 1);
+    if (!own.empty() && !joined_words.empty() && name_without_unit(own) == joined_words) of_subject.push_back(i);
   }
   const int number = number_from<int>(column).value_or(0);
   std::vector<int> numbered;
   if (number >= 1 && number <= table.columns()) numbered.push_back(number - 1);
-  for (const std::vector<int>& found : {exact, paths, alike, plain, numbered, suffixed}) {
+  for (const std::vector<int>& found : {exact, paths, alike, plain, numbered, suffixed, of_subject}) {
     if (found.size() == 1) return found.front();
     if (found.size() > 1) refuse_several(table, found, column, where, setting_name);
   }

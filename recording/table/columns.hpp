@@ -53,9 +53,9 @@ std::string trial_advice(const Table& table);
 /// column. Skips the column `without`. Throws Error for several columns of one name.
 int find_named(const Table& table, int without, std::initializer_list<const char*> names, const std::string& where,
                const std::string& setting_name);
-/// Returns the column that the user named: by its name, its path in the file, its name in another case or without its
-/// unit, or its number. Throws Error for no column or several. `where` names the file, `setting_name` the
-/// setting of columns: "--column".
+/// Returns the column that the user named: by its name, its path in the file, its name in another case, without its
+/// unit or without a subject's name before a colon, or its number. Throws Error for no column or several. `where` names
+/// the file, `setting_name` the setting of columns: "--column".
 int named_column(const Table& table, const std::string& column, const std::string& where,
                  const std::string& setting_name);
 

@@ -314,3 +314,18 @@ TEST_CASE("times rounded so that samples share them are an even grid from any st
     if (k < 9'000 || k >= 9'040) times.push_back(k / 1000.0);
   check_error([&] { read(sine_at(times, "%.2f,%.9f\n")); }, Code::times_uneven);
 }
+
+TEST_CASE("a given rate that the times have in another unit is an info; another rate is a caution") {
+  for (const auto& [factor, severity] :
+       {std::pair(1e3, Severity::info), {1e6, Severity::info}, {1e9, Severity::info}, {1e2, Severity::caution}}) {
+    CAPTURE(factor);
+    std::string text = "time,sway_deg\n";
+    for (int k = 0; k < 100; ++k)
+      text += format("%.0f,%.6f\n", 0.01 * factor * k, std::sin(0.1 * static_cast<double>(k)));
+    const Recording recording = read(text, {.rate_hz = 100.0});
+    CHECK(recording.rate_hz == 100.0);
+    const auto found = std::ranges::find(recording.warnings, "rate_differs", &Warning::code);
+    REQUIRE(found != recording.warnings.end());
+    CHECK(found->severity == severity);
+  }
+}

@@ -100,8 +100,20 @@ std::string other_quantities(const Table& table, int time, const std::vector<int
   return list;
 }
 
-/// Throws Error for several columns that may be the sway.
-[[noreturn]] void refuse_several(const Table& table, const std::vector<int>& candidates, const std::string& where) {
+/// Returns the advice to read a position of the centre of mass; empty without one.
+std::string position_advice(const Table& table, int time) {
+  const std::vector<int> centres = centre_of_mass_columns(table, length_candidates(table, time));
+  if (centres.empty()) return {};
+  return "; '" + table.name(centres.front()) +
+         "' is a position of the centre of mass: name it, and give its height as " + setting("com_height");
+}
+
+/// Throws Error for several columns that may be the sway. Leaves out ankle angles, which cannot be, if several others
+/// remain.
+[[noreturn]] void refuse_several(const Table& table, int time, std::vector<int> candidates, const std::string& where) {
+  const auto is_ankle = [&](int column) { return is_ankle_name(table.own_name(column)); };
+  if (candidates.size() > 1 + static_cast<std::size_t>(std::ranges::count_if(candidates, is_ankle)))
+    std::erase_if(candidates, is_ankle);
   // "0,01,0,02": half as many names as cells, so they are not a header.
   const bool decimal_commas = !table.has_header() && table.columns() % 2 == 0 && table.arrays().empty();
   std::string list;
@@ -111,7 +123,7 @@ std::string other_quantities(const Table& table, int time, const std::vector<int
               std::string("name one with " + setting("column") + ", or the sway's parts with " + setting("leg") +
                           " and " + setting("trunk") + ", or " + setting("hip") + " and " + setting("shoulder")) +
                   (decimal_commas ? "; if its numbers have decimal commas, save it with semicolons between them" : "") +
-                  force_plate_advice(table) + trial_advice(table));
+                  position_advice(table, time) + force_plate_advice(table) + trial_advice(table));
 }
 
 /// Throws Error for a table without a column that may be the sway. tilts: the platform's columns.
@@ -144,7 +156,7 @@ std::string other_quantities(const Table& table, int time, const std::vector<int
 std::vector<int> position_candidates(const Table& table, int time, int named) {
   const std::vector<int> lengths = length_candidates(table, time);
   if (std::ranges::find(lengths, named) != lengths.end()) return {named};
-  const std::vector<int> centres = centre_of_mass_columns(table, lengths);
+  std::vector<int> centres = centre_of_mass_columns(table, lengths);
   if (!centres.empty()) return centres;
   const bool may_be_length = named >= 0 && !unit_in(table.own_name(named));
   return may_be_length || !force_plate_advice(table).empty() ? std::vector<int>() : lengths;
@@ -170,7 +182,7 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
   if (!options.trial_column.empty())
     for (const int column : trial_columns(table, options.trial_column, recording.file)) std::erase(candidates, column);
   if (candidates.size() > 1) refuse_other_quantities(table, candidates, recording.file);
-  if (candidates.size() > 1) refuse_several(table, candidates, recording.file);
+  if (candidates.size() > 1) refuse_several(table, time, candidates, recording.file);
   if (candidates.empty()) refuse_none(table, time, tilts, options, recording.file);
   const int sway = candidates.front();
   if (table.has_header()) {

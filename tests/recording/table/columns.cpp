@@ -143,6 +143,12 @@ TEST_CASE("columns: one is named as it stands, in another case, without its unit
   const CsvTable numbers("time,1_deg,2_deg,3_deg\n0,1,2,3\n1,1,2,3\n", "t.csv");
   CHECK(named_column(numbers, "2", "t.csv", "column") == 1);
   CHECK(named_column(numbers, "2_deg", "t.csv", "column") == 2);
+  const CsvTable subject("t,Sub1:HIP X (mm),Sub1:HIP Y (mm),Sub2:SHO (mm),Sub1:SHO (mm)\n0,1,2,3,4\n1,1,2,3,4\n",
+                         "t.csv");
+  CHECK(named_column(subject, "HIP X", "t.csv", "hip") == 1);
+  CHECK(named_column(subject, "hip_y", "t.csv", "hip") == 2);
+  CHECK(named_column(subject, "Sub2:SHO", "t.csv", "hip") == 3);
+  check_error([&] { named_column(subject, "SHO", "t.csv", "hip"); }, Code::column_ambiguous, "4 and 5");
   const CsvTable markers("t,LHIP_x_mm,RHIP_x_mm,SHO_mm,SHO_cm,C7\n0,1,2,3,4,5\n1,1,2,3,4,5\n", "t.csv");
   const auto marker = [&](const char* name) { return named_column(markers, name, "t.csv", "hip"); };
   CHECK(marker("LHIP_x") == 1);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "base/text.hpp"
 #include "sim/body_model.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "tests/tools/decid/run.hpp"
@@ -237,4 +238,15 @@ TEST_CASE("an output option that names the standard output has it for itself") {
   CHECK(std::ranges::count(table, '\n') == 2);  // the names and the recording
   CHECK(run_decid(call + "--json --table /dev/stdout").code == 2);
   CHECK(decid::test::contains(run_ok(call + "-o " + folder / "o.json").out, "Kp"));
+}
+
+TEST_CASE("the JSON has the person's mass and height as they were given") {
+  const Folder folder;
+  run_ok("simulate -o " + folder / "a.csv");
+  for (const auto& [mass, height] : {std::pair(70.0, 1.75), {62.3, 1.6}, {101.25, 1.93}}) {
+    const Json person = run_json(decid::format("identify --json --quiet --mass %g --height %g ", mass, height) +
+                                 folder / "a.csv")["body"]["participant"];
+    CHECK(person["mass_kg"] == mass);
+    CHECK(person["height_m"] == height);
+  }
 }

@@ -2,6 +2,7 @@
 #include "tools/report/json/report_json.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -273,8 +274,11 @@ Json body_json(const sim::Body& body, bool assumed) {
             {"com_height_m", body.com_height_m},
             {"inertia_kgm2", body.inertia_kgm2},
             {"assumed", assumed}};
+  // Without the rounding of the way to the body and back: 70, not 69.99999999999999.
+  const auto as_given = [](double value) { return std::round(value * 1e9) / 1e9; };
   if (const std::optional<sim::Participant> participant = find_participant(body))
-    json["participant"] = Json{{"mass_kg", participant->mass_kg}, {"height_m", participant->height_m}};
+    json["participant"] =
+        Json{{"mass_kg", as_given(participant->mass_kg)}, {"height_m", as_given(participant->height_m)}};
   return json;
 }
 
