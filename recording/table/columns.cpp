@@ -223,8 +223,8 @@ int named_column(const Table& table, const std::string& column, const std::strin
     if (key(name) == key(column)) alike.push_back(i);
     if (key(name_before_unit(name)) == key(column)) plain.push_back(i);
     if (!joined_words.empty() && name_without_unit(name) == joined_words) suffixed.push_back(i);
-    const std::string own = name.substr(std::min(name.find(':'), name.size() - 1) + 1);
-    if (!own.empty() && !joined_words.empty() && name_without_unit(own) == joined_words) of_subject.push_back(i);
+    const std::string behind = name.substr(std::min(name.find(':'), name.size() - 1) + 1);
+    if (!behind.empty() && !joined_words.empty() && name_without_unit(behind) == joined_words) of_subject.push_back(i);
   }
   const int number = number_from<int>(column).value_or(0);
   std::vector<int> numbered;
