@@ -1,4 +1,4 @@
-// Measurements with Gaussian evidence, for tests of cohorts.
+// Measurements with Gaussian evidence, their analysis, and what it should find, for tests of cohorts.
 #pragma once
 
 #include <cmath>
@@ -48,6 +48,11 @@ inline cohort::Result analyse(const std::vector<cohort::Recording>& recordings, 
   const sim::ParameterTable table = unit_ranges(parameters);
   const std::vector<sim::ParameterInfo> ranges(table.begin(), table.end());
   return cohort::analyse(recordings, ranges, settings);
+}
+
+/// Four standard deviations: about one seed in 10,000 fails.
+inline bool holds(const cohort::Quantity& quantity, double value) {
+  return std::abs(quantity.mean - value) <= 4.0 * quantity.sd;
 }
 
 }  // namespace decid::test
