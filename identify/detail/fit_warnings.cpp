@@ -246,7 +246,7 @@ Warnings falling_warnings(const PredictiveCheck& check) {
 }
 
 Warnings refuse_unexplained(Warnings warnings) {
-  const auto has = [&](std::string_view code) { return std::ranges::count(warnings, code, &Warning::code) > 0; };
+  const auto has = [&](const char* code) { return has_code(warnings, code); };
   if (!has("out_of_distribution") || !(has("unexplained_sway") || has("unlike_simulated"))) return warnings;
   for (Warning& warning : warnings)
     if (warning.code == "tilt_not_followed") warning.severity = Severity::invalid;

@@ -158,7 +158,7 @@ void Fit::predict(const Density& density, const std::vector<State>& states) {
 }
 
 bool Fit::explained() const {
-  return std::ranges::none_of(warnings_, [](const Warning& warning) { return warning.code == "no_controller"; });
+  return !has_code(warnings_, "no_controller");
 }
 
 void Fit::warn(const Density& density) {
