@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "posterior/density/density.hpp"
+#include "posterior/sampling/diagnostics.hpp"
 #include "posterior/sampling/target.hpp"
 
 namespace decid::posterior {
@@ -37,8 +38,8 @@ struct Settings {
   /// Leapfrog steps of a group after which no draws beyond min_draws begin; twice as many for several trials. After
   /// half of them no round is repeated.
   long long max_steps = 100'000;
-  double max_rhat = 1.05;        ///< sufficient: every quantity's R-hat is at most this
-  double effective_draws = 100;  ///< sufficient: every quantity has this many
+  double max_rhat = agreed_rhat;  ///< sufficient: every quantity's R-hat is at most this
+  double effective_draws = 100;   ///< sufficient: every quantity has this many
 };
 
 /// The progress of a run. stage: "annealing", "warming up", "drawing"; rhat: the largest, 0 before the first draws.

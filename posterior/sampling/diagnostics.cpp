@@ -148,7 +148,7 @@ double energy_fraction(const ChainDraws& energy) {
 }
 
 bool chains_agree(std::span<const double> rhat, std::span<const double> effective_draws) {
-  return !rhat.empty() && std::ranges::all_of(rhat, [](double value) { return value <= 1.05; }) &&
+  return !rhat.empty() && std::ranges::all_of(rhat, [](double value) { return value <= agreed_rhat; }) &&
          std::ranges::all_of(effective_draws, [](double value) { return value >= 100.0; });
 }
 

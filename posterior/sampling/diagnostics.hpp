@@ -37,8 +37,11 @@ double energy_fraction(const ChainDraws& energy);
 /// (docs/research/people.md).
 inline constexpr double max_lone_rhat = 1.1;
 
-/// Returns true if the R-hat of no quantity is above 1.05 and each has at least 100 effective draws; false without
-/// quantities.
+/// Up to this R-hat chains agree.
+inline constexpr double agreed_rhat = 1.05;
+
+/// Returns true if the R-hat of no quantity is above agreed_rhat and each has at least 100 effective draws; false
+/// without quantities.
 bool chains_agree(std::span<const double> rhat, std::span<const double> effective_draws);
 
 }  // namespace decid::posterior

@@ -9,6 +9,7 @@
 
 #include "base/text.hpp"
 #include "identify/study/sheet.hpp"
+#include "posterior/sampling/diagnostics.hpp"
 #include "tools/report/json/visit_notes.hpp"
 
 namespace decid::tools {
@@ -152,8 +153,7 @@ std::vector<std::string> group_notes(const Report& report) {
       note += (i == 0 ? " Columns that decid carries along: " : ", ") + one_line(table.other_columns[i]);
     notes.push_back(note);
   }
-  constexpr double agreed_rhat = 1.05;
-  if (report.groups->hierarchical && !(report.groups->hierarchical->max_rhat <= agreed_rhat))
+  if (report.groups->hierarchical && !(report.groups->hierarchical->max_rhat <= posterior::agreed_rhat))
     notes.push_back(
         format("The chains of the hierarchical model do not agree (R-hat %.2f): its intervals may be wrong.",
                report.groups->hierarchical->max_rhat));
