@@ -40,10 +40,10 @@ ResultTable with_numbers(ResultTable table);
 
 /// Returns the table as CSV. Copied numbers have decimal commas too where Excel's have. Plain lines end in \n, Excel's
 /// in \r\n. Numbers read back to the same bits.
-std::string csv_text(const ResultTable& table, CsvStyle style);
+std::string csv_text(ResultTable table, CsvStyle style);
 
 /// Writes the table: a workbook if the path ends in .xlsx, with numbers in copied columns too, else CSV.
-void write_table(const std::filesystem::path& path, const ResultTable& table, CsvStyle style);
+void write_table(const std::filesystem::path& path, ResultTable table, CsvStyle style);
 
 /// Writes a workbook with one sheet, whose first row stays visible; the same table makes the same bytes. Format:
 /// ECMA-376, by libxlsxwriter, which is loaded. Throws Error if decid was built without it, or it cannot be loaded.

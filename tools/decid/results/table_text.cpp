@@ -9,6 +9,7 @@
 #include <cmath>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
@@ -79,8 +80,8 @@ CsvStyle parse_csv_style(const std::string& excel) {
   return comma ? CsvStyle::excel_comma : CsvStyle::excel_point;
 }
 
-std::string csv_text(const ResultTable& given, CsvStyle style) {
-  const ResultTable table = style == CsvStyle::excel_comma ? with_numbers(given) : given;
+std::string csv_text(ResultTable table, CsvStyle style) {
+  if (style == CsvStyle::excel_comma) table = with_numbers(std::move(table));
   const char separator = style == CsvStyle::excel_comma ? ';' : ',';
   const std::string line_end = style == CsvStyle::plain ? "\n" : "\r\n";
   std::string text = style == CsvStyle::plain ? "" : byte_order_mark;
@@ -93,9 +94,9 @@ std::string csv_text(const ResultTable& given, CsvStyle style) {
   return text;
 }
 
-void write_table(const std::filesystem::path& path, const ResultTable& table, CsvStyle style) {
-  if (lower_case(path.extension().string()) == ".xlsx") return write_xlsx(path, with_numbers(table));
-  write_file(path, csv_text(table, style));
+void write_table(const std::filesystem::path& path, ResultTable table, CsvStyle style) {
+  if (lower_case(path.extension().string()) == ".xlsx") return write_xlsx(path, with_numbers(std::move(table)));
+  write_file(path, csv_text(std::move(table), style));
 }
 
 }  // namespace decid::tools
