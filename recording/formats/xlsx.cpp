@@ -230,7 +230,7 @@ bool is_xlsx(std::string_view bytes) {
   return bytes.starts_with("PK\x03\x04") && bytes.find(workbook_part) != bytes.npos;
 }
 
-Sheet read_xlsx(std::string_view bytes, const std::string& where, const std::string& name, DateCells date_cells) {
+Sheet read_xlsx(std::string_view bytes, const std::string& where, const std::string& name, DateCells dates) {
   ZipMembers members(bytes, where);
   const auto sheets = visible_sheets(members, where);
   if (sheets.empty()) refuse_workbook(where, "it has no sheet");
@@ -245,12 +245,12 @@ Sheet read_xlsx(std::string_view bytes, const std::string& where, const std::str
   const auto part = parts.by_id.find(id);
   if (part == parts.by_id.end()) refuse_workbook(where, "its " + which + " is missing");
   const std::vector<std::string> shared = read_shared_strings(members, parts.shared_strings, where);
-  WorkbookDates dates;
-  if (date_cells == DateCells::text && !parts.styles.empty())
-    dates = WorkbookDates(members.read(parts.styles), members.read(workbook_part), where);
+  WorkbookDates formats;
+  if (dates == DateCells::text && !parts.styles.empty())
+    formats = WorkbookDates(members.read(parts.styles), members.read(workbook_part), where);
   const auto read = [&](const std::string& part_name) {
     const std::string xml = members.read(part_name);
-    return SheetReader(xml, shared, dates, where).read();
+    return SheetReader(xml, shared, formats, where).read();
   };
   sheet.text = read(part->second);
   if (!sheet.is_named && find_sections(sheet.text).empty()) refuse_without_table(sheets, parts, read, name, where);

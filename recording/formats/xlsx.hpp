@@ -22,10 +22,9 @@ enum class DateCells { days, text };
 
 /// Reads the sheet of this name, in any letter case, or the first one that is not hidden if no sheet has it. Keeps
 /// numbers as the workbook stores them, so times are days, and dates too unless `dates` says otherwise. Writes true and
-/// false as TRUE and FALSE; errors
-/// (#N/A) and missing cells become empty. Line k is row k. Throws Error for a damaged or protected workbook, an unnamed
-/// first sheet without a table if another sheet has one, and a sheet without cells, of more than 1000 columns or of
-/// more than 64 MiB.
+/// false as TRUE and FALSE; errors (#N/A) and missing cells become empty. Line k is row k. Throws Error for a damaged
+/// or protected workbook, an unnamed first sheet without a table if another sheet has one, and a sheet without cells,
+/// of more than 1000 columns or of more than 64 MiB.
 Sheet read_xlsx(std::string_view bytes, const std::string& where, const std::string& name = {},
                 DateCells dates = DateCells::days);
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -216,6 +217,17 @@ TEST_CASE("values of a slow sensor that are held have no jumps by this; their ra
   std::vector<double> late = held(5, 0, 0.02);
   late[7000] = late[6999];
   CHECK_FALSE(has(found(late), "held_samples"));
+}
+
+TEST_CASE("the moving average that smoothed a sway is known, so that a fit can undo it") {
+  for (const std::size_t length : {11U, 18U, 50U}) {
+    const std::optional<LowPass> filter =
+        look_for_faults(averaged(sway(0.02, 12000), length), rate_hz, 0.0, 0.25).low_pass;
+    REQUIRE(filter);
+    CHECK(filter->averaged == static_cast<int>(length));
+    CHECK(filter->rate_hz == rate_hz);
+  }
+  CHECK_FALSE(look_for_faults(sway(0.02, 12000), rate_hz, 0.0, 0.25).low_pass);
 }
 
 TEST_CASE("zeros of the tilt's spectrum are no moving average") {
