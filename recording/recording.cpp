@@ -172,10 +172,9 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   check_size(signal, guessed, options.mean_is_upright, of_positions, recording);
   // Other columns are read after this function returns.
   const auto with_missing = [read, clock, separate, missing_value = options.missing_value,
-                             unit_s = time < 0 ? 1.0 : time_unit_s(table.name(time)),
                              samples = signal.rad.size()](int column, std::size_t step) {
     if (step > 1 && (!clock.place.empty() || separate->rows() > 0)) return std::vector<double>();
-    if (separate->has(column)) return separate->at(column, clock, unit_s, samples);
+    if (separate->has(column)) return separate->at(column, clock, samples);
     return place_evenly(read_numbers(*read, column, missing_value, step), clock);
   };
   check_hip(table, time, source, signal.rad, options, with_missing, recording);

@@ -286,13 +286,25 @@ Clock clock_of(const Times& times) {
   return clock_with_gaps(times);
 }
 
+/// Returns the unit of times: their name's, or the one in which the first is a Unix time from 2001 to 2096.
+double unit_of_times_s(const std::string& name, double first) {
+  if (const double named = time_unit_s(name); named != 1.0) return named;
+  constexpr double year_2001_s = 1e9, year_2096_s = 4e9;
+  for (const double unit_s : {1e-3, 1e-6, 1e-9})
+    if (first * unit_s >= year_2001_s && first * unit_s < year_2096_s) return unit_s;
+  return 1.0;
+}
+
 }  // namespace
 
 Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting_name) {
   const std::string& name = table.name(column);
-  const Times times{table, name, where, setting_name, table.times(column), time_unit_s(name)};
+  std::vector<double> read = table.times(column);
+  const double unit_s = unit_of_times_s(name, read.front());
+  const Times times{table, name, where, setting_name, std::move(read), unit_s};
   Clock clock = clock_of(times);
-  clock.first_s = times.time.front() * times.unit_s;
+  clock.unit_s = unit_s;
+  clock.first_s = times.time.front() * unit_s;
   return clock;
 }
 

@@ -16,6 +16,7 @@ inline constexpr double even_step = 0.01, gross_step = 0.3;
 /// Places of a recording's samples on an even grid of rate_hz; the first is at 0.
 struct Clock {
   double rate_hz = 0.0;
+  double unit_s = 1.0;            ///< of the time column
   std::vector<double> place;      ///< in samples, strictly increasing; empty: sample k at k
   std::string warning;            ///< the text of a warning, if times were uneven
   bool is_caution = false;        ///< the warning's severity
@@ -25,7 +26,9 @@ struct Clock {
   double gap = 1.5;          ///< in samples: neighbours farther apart enclose a gap
 };
 
-/// Returns the sample rate and the sample places of a time column, in seconds unless its name says otherwise.
+/// Returns the sample rate and the sample places of a time column, in seconds unless its name says otherwise, or its
+/// first time does: 1e12 to 4e12, 1e15 to 4e15 and 1e18 to 4e18 are Unix times (2001 to 2096) in milliseconds,
+/// microseconds and nanoseconds.
 /// - Times are even if all steps lie within 1% of their median, or if they are an even grid rounded to 1 ms or 0.1 ms.
 /// - Otherwise each step may differ by 30% of the median from a whole multiple of it. Multiples beyond 1 are lost
 /// samples.

@@ -108,12 +108,12 @@ SeparateRows::SeparateRows(Table& table, const std::vector<int>& sway, int time,
   rows_ = rows - kept.size();
 }
 
-std::vector<double> SeparateRows::at(int column, const Clock& clock, double unit_s, std::size_t samples) const {
+std::vector<double> SeparateRows::at(int column, const Clock& clock, std::size_t samples) const {
   const auto& [time, value] = signals_.at(column);
   std::vector<double> steps(time.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time[i + 1] - time[i];
-  const double longest = std::max(gap_s / unit_s, gap_steps * median(steps));
-  const double first = clock.first_s / unit_s, step = 1.0 / (clock.rate_hz * unit_s);
+  const double longest = std::max(gap_s / clock.unit_s, gap_steps * median(steps));
+  const double first = clock.first_s / clock.unit_s, step = 1.0 / (clock.rate_hz * clock.unit_s);
   std::vector<double> result(samples, std::numeric_limits<double>::quiet_NaN());
   std::size_t i = 0;  // the values around a sample are i and i + 1
   for (std::size_t k = 0; k < samples; ++k) {

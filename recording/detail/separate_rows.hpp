@@ -29,9 +29,8 @@ class SeparateRows {
   std::size_t rows() const { return rows_; }  ///< that were not kept; 0: nothing changed
 
   /// Returns a column at `samples` times of the clock's grid, by straight lines between its own values; NaN where they
-  /// are more than 0.1 s and 2.5 of their median steps apart. Its end values last so long, too. `unit_s`: the times'
-  /// unit in seconds.
-  std::vector<double> at(int column, const Clock& clock, double unit_s, std::size_t samples) const;
+  /// are more than 0.1 s and 2.5 of their median steps apart. Its end values last so long, too.
+  std::vector<double> at(int column, const Clock& clock, std::size_t samples) const;
 
  private:
   struct Signal {

@@ -1,6 +1,7 @@
 """Checks README.md, CONTRIBUTING.md and docs/: relative links and headings exist, sources that pages name exist, pages keep
 their shelf's limit of lines, the README leads to every page, no page has the words of words.py, docs/guide/warnings.md lists the
-codes of the sources' warnings, each with its severity, and docs/reference/errors.md the codes of errors, each of which is thrown. Usage: check_docs.py ROOT"""
+codes of the sources' warnings, each with its severity, docs/reference/errors.md the codes of errors, each of which is thrown, and
+each SHA-256 of docs/develop/determinism.md stands in a source or a test. Usage: check_docs.py ROOT"""
 
 import pathlib
 import re
@@ -115,6 +116,16 @@ def problems_of_errors(root):
     yield from (f"base/error.hpp: no source throws the error {code}" for code in declared if code not in used)
 
 
+def problems_of_hashes(root):
+    page = "docs/develop/determinism.md"
+    hashes = set(re.findall(r"\b[0-9a-f]{64}\b", (root / page).read_text(encoding="utf-8"))) if (root / page).exists() else set()
+    for folder in ("identify", "tests"):
+        for path in (root / folder).rglob("*"):
+            if hashes and path.suffix in (".cpp", ".json"):
+                hashes -= set(re.findall(r"\b[0-9a-f]{64}\b", path.read_text(encoding="utf-8", errors="replace")))
+    yield from (f"{page}: no source or test has the SHA-256 {value}" for value in sorted(hashes))
+
+
 def check(root):
     problems = []
     readme = root / "README.md"
@@ -139,6 +150,7 @@ def check(root):
     problems += [f"docs/guide/warnings.md: no source gives the warning {code} ({severity})"
                  for code, severity in sorted(listed - given)]
     problems += problems_of_errors(root)
+    problems += problems_of_hashes(root)
     for page in pages:
         problems += problems_of_text(page.relative_to(root).as_posix(), page, root)
     size = readme.stat().st_size

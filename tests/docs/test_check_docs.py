@@ -49,6 +49,12 @@ class CheckDocs(unittest.TestCase):
         self.write("docs/page.md", "[far](far.md)")
         self.assertEqual(self.problems(), [])
 
+    def test_a_hash_that_no_source_has(self):
+        self.write("docs/page.md", "[bits](develop/determinism.md)")
+        self.write("docs/develop/determinism.md", f"`{'1' * 64}` `{'2' * 64}`")
+        self.write("tests/bits.cpp", f'CHECK(sha256(bytes) == "{"1" * 64}");')
+        self.assertEqual(self.problems(), [f"docs/develop/determinism.md: no source or test has the SHA-256 {'2' * 64}"])
+
     def test_the_length_of_the_readme(self):
         readme = (self.root / "README.md").read_text(encoding="utf-8")
         self.write("README.md", readme + "x" * (check_docs.README_LIMIT_BYTES - len(readme) + 1))

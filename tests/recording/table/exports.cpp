@@ -68,6 +68,13 @@ TEST_CASE("columns of time by their names") {
     check_one_two_three(three(name + std::string(",sway_deg"), "0", "0.01", "0.02"));
   check_error(reading(three("T [C],sway_deg", "36.5", "36.5", "36.5")), Code::rate_unknown);
   check_one_two_three(three("time_ns,sway_deg", "1600000000000000000", "1600000000010000000", "1600000000020000000"));
+  // Unix times say their unit themselves, until 2096.
+  check_one_two_three(three("%time,sway_deg", "1732876342100000000", "1732876342110000000", "1732876342120000000"));
+  check_one_two_three(three("timestamp,sway_deg", "1732876342100000", "1732876342110000", "1732876342120000"));
+  check_one_two_three(three("t,sway_deg", "1732876342100", "1732876342110", "1732876342120"));
+  check_one_two_three(three("time_s,sway_deg", "1732876342.1", "1732876342.11", "1732876342.12"));
+  check_error(reading(three("t,sway_deg", "5000000000000", "5000000000010", "5000000000020")),
+              Code::setting_out_of_range, "t_ms");
   check_error(reading(three("timestamp,sway_deg", "0", "10000000", "20000000")), Code::setting_out_of_range,
               "timestamp_ns");
   check_error(reading(three("time,sway_deg", "0", "10", "20")), Code::setting_out_of_range, "time_ms");

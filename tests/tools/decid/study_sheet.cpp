@@ -22,17 +22,12 @@ Json without_study(Json recording) {
   return recording;
 }
 
-constexpr const char* feet = "\u00FC";         // of the sheet, NFC
-constexpr const char* decomposed = "u\u0308";  // of the files, NFD
-
-}  // namespace
-
-// Guards the bits of a study: bodies share a call, so an identifier of another body must not be used.
-TEST_CASE("a study of six bodies in one call gives what six calls give, to the bit") {
+/// Identifies recordings of people in one call and in calls of their own, which must give the same bits.
+void check_study_of(int people) {
   const Folder folder;
   std::string sheet = "participant_id\tfile\theight\tweight\tage\n";
   std::vector<std::string> calls;
-  for (int i = 0; i < 6; ++i) {
+  for (int i = 0; i < people; ++i) {
     const std::string name = "data/p" + std::to_string(i) + ".csv", height = std::to_string(160 + i),
                       mass = std::to_string(55 + i);
     simulate(folder / name, "--seed " + std::to_string(i));
@@ -42,13 +37,27 @@ TEST_CASE("a study of six bodies in one call gives what six calls give, to the b
   }
   write_text(folder / "participants.tsv", sheet);
   const Json study = run_json("identify --quiet --json --study " + folder / "participants.tsv");
-  REQUIRE(study["recordings"].size() == 6);
-  for (std::size_t i = 0; i < 6; ++i) {
+  REQUIRE(study["recordings"].size() == calls.size());
+  for (std::size_t i = 0; i < calls.size(); ++i) {
     const Json single = run_json(calls[i]);
     CHECK(without_study(study["recordings"][i]) == single["recordings"][0]);
     CHECK(study["recordings"][i]["body"] == single["body"]);
     CHECK(study["recordings"][i]["columns"]["age"] == std::to_string(20 + i));
   }
+}
+
+constexpr const char* feet = "\u00FC";         // of the sheet, NFC
+constexpr const char* decomposed = "u\u0308";  // of the files, NFD
+
+}  // namespace
+
+// Guards the bits of a study: bodies share a call, so an identifier of another body must not be used.
+TEST_CASE("a study of six bodies in one call gives what six calls give, to the bit") {
+  check_study_of(6);
+}
+
+TEST_CASE("a study of 24 bodies in one call gives what 24 calls give, to the bit" * doctest::test_suite("slow")) {
+  check_study_of(24);
 }
 
 TEST_CASE("a study as laboratories have it: umlauts, a missing trial, a wrong cell, its tables") {
@@ -249,8 +258,7 @@ TEST_CASE("fit: a study of two bodies and two protocols, each with the bits of a
   write_text(folder / "s.csv",
              "participant_id,file,height,weight,protocol\nA,a.csv,1.75,70,short\nB,b.csv,1.62,58,wide.json\n");
   const std::string options = " --quiet --json --max-draws 8 --seed 3";
-  const Result study = run_decid("fit" + options + " --study " + folder / "s.csv" + " -o " + folder / "o.json" +
-                                 " --draws " + folder / "d.csv");
+  const Result study = run_decid("fit" + options + " --study " + folder / "s.csv" + " -o " + folder / "o.json");
   const Json json = Json::parse(study.out);
   REQUIRE(json["recordings"].size() == 2);
   const Json a = run_json("fit" + options + " --mass 70 --height 1.75 --protocol short " + folder / "a.csv"),
@@ -261,7 +269,19 @@ TEST_CASE("fit: a study of two bodies and two protocols, each with the bits of a
   CHECK(json["study"]["protocols"].size() == 2);
   CHECK(json["seed"] == 3);
 
-  // Draws as R's package posterior reads them: its names, and numbers from 1.
+  run_ok("rerun " + folder / "o.json" + " -o " + folder / "again.json");
+  CHECK(read_text(folder / "again.json") == read_text(folder / "o.json"));
+}
+
+TEST_CASE("fit: draws in Stan's form, as R's package posterior reads them") {
+  const Folder folder;
+  const std::string protocol = with_brief_protocol(folder);
+  simulate(folder / "a.csv", protocol + "--seed 1");
+  simulate(folder / "b.csv", protocol + "--seed 2");
+  const Json json = Json::parse(run_ok("fit --quiet --json --max-draws 8" + protocol + folder / "a.csv" + " " +
+                                       folder / "b.csv" + " --draws " + folder / "d.csv")
+                                    .out);
+  // Numbers from 1.
   const auto draws = cells_of(read_text(folder / "d.csv"), ',');
   REQUIRE(draws.size() == 1 + 2 * 64);
   CHECK(draws[0][0] == "file");
@@ -281,9 +301,6 @@ TEST_CASE("fit: a study of two bodies and two protocols, each with the bits of a
   CHECK(diagnostics["tail_effective_draws"]["Kp"].get<double>() > 0.0);
   CHECK(diagnostics["monte_carlo_error"]["Kp"].get<double>() <
         json["recordings"][0]["parameters"][0]["sd"].get<double>());
-
-  run_ok("rerun " + folder / "o.json" + " -o " + folder / "again.json");
-  CHECK(read_text(folder / "again.json") == read_text(folder / "o.json"));
 }
 
 TEST_CASE("rerun: the same bytes; a changed result is noticed") {

@@ -1,6 +1,7 @@
 // decid compare, as scripts call it.
 #include <algorithm>
 
+#include "sim/body_model.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/report/comparison_page.hpp"
 
@@ -60,6 +61,24 @@ TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::te
   run_ok("dataset" + protocol + "--quiet --count 2 --seed 77 -o " + folder / "d.npz");
   run_ok("compare" + model + "--trials 1 --quiet --data " + folder / "d.npz" + small);
   CHECK(contains(read_text(folder / "c.html"), "fit from network"));
+}
+
+TEST_CASE("compare: another controller, its parameters, network and iterative fit" * doctest::test_suite("slow")) {
+  const Folder folder;
+  const std::string protocol = with_brief_protocol(folder);
+  write_text(folder / "net.txt", "globalavgpool\nfc 6\n");
+  run_ok("train --controller ic --stream --stream-trials 40 --validation-trials 20 --epochs 1 --head point --quiet" +
+         (" --architecture " + folder / "net.txt") + protocol + "-o " + folder / "ic.safetensors");
+  const std::string call = "compare --model " + folder / "ic.safetensors" + " --trials 1 --quiet --json" + small;
+  const Json json = Json::parse(run_ok(call).out);
+  REQUIRE(json["methods"].size() == 6);
+  const decid::sim::ParameterTable& table = decid::sim::independent_channels().parameters;
+  for (const Json& method : json["methods"]) {
+    const Json& errors = method["mse_per_parameter"];
+    REQUIRE(errors.size() == table.size());
+    for (const decid::sim::ParameterInfo& info : table) CHECK(errors.contains(info.name));
+  }
+  check_refused(call + " --controller dec", "ic");
 }
 
 TEST_CASE("errors are squared differences over the deviation, averaged") {
