@@ -35,7 +35,7 @@ def uncalled(functions, blocks):
 
 
 def compile_problem(blocks, compiler, ending, folder, standard, include):
-    """What the compiler says of the blocks; empty if they are right. include: the folder of <decid/..>."""
+    """Returns the compiler's complaints of the blocks; empty if they are right. include: the folder of <decid/..>."""
     with tempfile.TemporaryDirectory() as made:
         pathlib.Path(made, "decid").symlink_to(include)
         source = pathlib.Path(made, "page" + ending)
