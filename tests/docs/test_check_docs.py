@@ -5,6 +5,7 @@ import tempfile
 import unittest
 
 import check_docs
+import examples
 import tutorials
 import words
 
@@ -113,6 +114,49 @@ class Words(unittest.TestCase):
         self.assertEqual(words.complaints("Of each trial the mean. It is. Those two are left."),
                          ["sentence opens with 'Of': put the subject first ('Of each trial the mean.')",
                           "sentence opens with 'Those': repeat the noun ('Those two are left.')"])
+
+
+class Examples(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.root = pathlib.Path(self.folder.name)
+        for name, text in (("tests/bindings/c/symbols.txt", "decid_one@@DECID_1\ndecid_two@@DECID_1\n"),
+                           ("CMakeLists.txt", "decid_component(base base)\ndecid_component(sim sim base)\n")):
+            (self.root / name).parent.mkdir(parents=True, exist_ok=True)
+            (self.root / name).write_text(text, encoding="utf-8")
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def problems(self, c, cpp, compiler="/bin/true"):
+        for name, text in (("c.md", c), ("cpp.md", cpp)):
+            page = self.root / "docs/reference" / name
+            page.parent.mkdir(parents=True, exist_ok=True)
+            page.write_text(text, encoding="utf-8")
+        return examples.check(self.root, compiler, compiler)[0]
+
+    def test_functions_and_components_without_an_example(self):
+        both = "# `base`\n\n```cpp\na\n```\n\n# Other, `sim`\n\n```cpp\nb\n```\n"
+        self.assertEqual(self.problems("```c\ndecid_one(decid_two(1));\n```\n", both), [])
+        self.assertEqual(self.problems("```c\ndecid_one(); /* decid_two() */ decid_two_more();\n```\n`decid_two()`", both),
+                         ["docs/reference/c.md: no example calls decid_two"])
+        self.assertEqual(self.problems("```c\ndecid_one(decid_two());\n```\n", "# `base`\n# Other\n```cpp\n`sim`\n```\n# `sim`\n"),
+                         [f"docs/reference/cpp.md: no heading with an example names the component {name}" for name in ("base", "sim")])
+
+    def test_a_block_has_the_scope_of_the_blocks_before_it(self):
+        self.assertEqual(examples.unit_of(["#include <a.h>\nint a;\n", "static int f(int x) {\n  return x;\n}\nint b = f(a);\n"]),
+                         "#include <a.h>\nstatic int f(int x) {\n  return x;\n}\nvoid page(void);\nvoid page(void) {\n"
+                         "int a;\n{\nint b = f(a);\n}}\n")
+
+    def test_a_compiler_that_refuses(self):
+        self.assertEqual(examples.compile_problem(["int a;\n"], "/bin/true", ".c", self.root, "c99", self.root), "")
+        self.assertIn("-fsyntax-only", examples.compile_problem(["int a;\n"], self.refusing(), ".c", self.root, "c99", self.root))
+
+    def refusing(self):
+        compiler = self.root / "compiler"
+        compiler.write_text("#!/bin/sh\necho \"$@\"\nexit 1\n", encoding="utf-8")
+        compiler.chmod(0o755)
+        return compiler
 
 
 class Tutorials(unittest.TestCase):
