@@ -28,11 +28,20 @@ constexpr double start_edge_probability = 0.05;            // of the start's pri
 constexpr double other_start_tolerance_s = 0.7;            // to which the response shows a start
 constexpr double delay_step_s = 0.005, max_start_s = 1.0;  // of the start's prior behind a low-pass
 
-/// Returns the protocol with the density's standing: in trials that explain and check a recording the body stands as
-/// there.
-sim::Protocol with_standing(sim::Protocol protocol, double standing_s) {
+/// Returns the simulator of trials that explain and check a recording. As in the density, the body stands before the
+/// first sample, and the platform moves there or rests. It rests if its cycle does not end as it begins.
+sim::Simulator simulator_before(sim::Protocol protocol, double standing_s, bool moved_before) {
   if (protocol.standing_s == 0.0) protocol.standing_s = standing_s;
-  return protocol;
+  if (moved_before) {
+    sim::Protocol moved = protocol;
+    moved.moved_before = true;
+    try {
+      return sim::Simulator(moved);
+    } catch (const Error&) {
+    }
+  }
+  protocol.moved_before = false;
+  return sim::Simulator(std::move(protocol));
 }
 
 /// Returns the trial as it was before a low-pass, with its gaps widened; the trial itself if that is unknown.
@@ -66,31 +75,47 @@ class Fitter::Plan {
   class Controller {
    public:
     Controller(const sim::Protocol& protocol, const posterior::Priors& priors)
-        : explainer{sim::Simulator(with_standing(protocol, priors.standing_s))},
-          checker(explainer.simulator(), density.emplace(protocol, priors).block_s()) {}
+        : density(protocol, priors), checks_(density, priors.moved_before) {}
 
-    const std::string& name() const { return density->protocol().experiment.body_model->name; }
+    const std::string& name() const { return density.protocol().experiment.body_model->name; }
+
+    /// Trials that explain and check a recording.
+    struct Checks {
+      Checks(const Density& density, bool moved_before)
+          : explainer(simulator_before(density.protocol(), density.priors().standing_s, moved_before)),
+            checker(explainer.simulator(), density.block_s()) {}
+
+      Explainer explainer;
+      PredictiveChecker checker;
+    };
+    /// Returns the checks of a recording before which the platform moved, or rested. From any thread.
+    const Checks& checks_for(bool moved_before) {
+      if (moved_before == density.priors().moved_before) return checks_;
+      const std::lock_guard lock(one_at_a_time_);
+      if (!other_checks_) other_checks_.emplace(density, moved_before);
+      return *other_checks_;
+    }
 
     /// Returns the density for a recording. A measured tilt shows where the protocol starts; a low-pass may have
     /// delayed the sway since then. From any thread.
     const Density& density_for(const recording::Trial& trial, bool moved_before) {
       const double filter_s = trial.low_pass ? trial.low_pass->delay_s() : 0.0;
-      if (!trial.tilt && filter_s == 0.0) return *density;
-      posterior::Priors priors = density->priors();
+      if (!trial.tilt && filter_s == 0.0) return density;
+      posterior::Priors priors = density.priors();
       if (trial.tilt) priors.start_s = 0.0;
       priors.start_s = std::min(priors.start_s + delay_step_s * std::ceil(filter_s / delay_step_s), max_start_s);
       priors.moved_before = moved_before;
       const std::lock_guard lock(one_at_a_time_);
-      return others_.try_emplace({priors.start_s, moved_before}, density->protocol(), priors).first->second;
+      return others_.try_emplace({priors.start_s, moved_before}, density.protocol(), priors).first->second;
     }
 
-    Explainer explainer;
-    std::optional<Density> density;
-    PredictiveChecker checker;
+    const Density density;
 
    private:
+    Checks checks_;
     std::mutex one_at_a_time_;                           // of what follows
     std::map<std::pair<double, bool>, Density> others_;  // by the prior of the start, and moved_before
+    std::optional<Checks> other_checks_;
   };
 
   Plan(const Model* model, const sim::Protocol& protocol, const FitRequest& request)
@@ -140,9 +165,10 @@ void refuse_freed_and_fixed(const FitRequest& request) {
 Fitter::Fitter(const Model* model, sim::Protocol protocol, const std::optional<sim::Body>& body, FitRequest request) {
   if (body) protocol.experiment.body = *body;
   request.priors = posterior::with_conventions(std::move(request.priors), protocol.ranges());
+  request.priors.moved_before = request.priors.moved_before || std::exchange(protocol.moved_before, false);
   refuse_freed_and_fixed(request);
   plan_ = std::make_unique<Plan>(model, protocol, request);
-  const std::span<const float> tilt_rad = plan_->own.explainer.tilt_rad();
+  const std::span<const float> tilt_rad = plan_->own.checks_for(request.priors.moved_before).explainer.tilt_rad();
   report_.protocol = std::move(protocol);
   report_.body_assumed = !body;
   report_.tilt_rad.assign(tilt_rad.begin(), tilt_rad.end());
@@ -249,11 +275,12 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
     std::erase_if(result.warnings, [](const Warning& warning) { return warning.code == "other_start"; });
   // The inferred noise explains the rest of the sway, and the predictive check tests whether such noise is usual. So a
   // noise-free trial that explains little is not a fault of the recording.
-  result.explanation = plan_->own.explainer.explain(
+  const Plan::Controller::Checks& checks = plan_->own.checks_for(prepared.moved);
+  result.explanation = checks.explainer.explain(
       {result.estimate.parameters, trial, from_network ? Severity::caution : Severity::info,
        from_network ? 0.0 : found.mean(Density::start), from_network ? 1.0 : found.mean(Density::gain)});
   result.explanation.ood_score = network.ood_score;
-  figures.check = plan_->own.checker.check(found.states(), trial, report_.fit->settings.seed);
+  figures.check = checks.checker.check(found.states(), trial, report_.fit->settings.seed);
   Warnings unlike_simulated, out_of_distribution;
   const std::string odd = figures.check.warning();
   if (!odd.empty()) add_caution(unlike_simulated, "unlike_simulated", odd);
@@ -298,7 +325,7 @@ void Fitter::fit_others(RecordingResult& result, const Prepared& prepared, const
     }
     posterior::Inferred inferred = posterior::infer(density, observation, fit.posterior);
     fit.posterior.drop_points();
-    fit.check = other.checker.check(fit.posterior.states(), trial, settings.seed);
+    fit.check = other.checks_for(prepared.moved).checker.check(fit.posterior.states(), trial, settings.seed);
     fit.warnings = posterior_warnings(density, observation, fit.posterior, NetworkUse::none);
     append(fit.warnings, falling_warnings(fit.check));
     if (const std::string unlike = fit.check.warning(); !unlike.empty())

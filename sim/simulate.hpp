@@ -6,7 +6,8 @@
 // These are the equations of the model `dec`; family.hpp has those of all models that the simulator works with.
 // The paper's printed sum (eq. 7) omits the servo term, and its signs of the ankle angle are inconsistent. This code
 // follows the paper's text, with the ankle angle = body - platform throughout. A body that has stood before the trial
-// (Protocol::standing_s) begins at rest that much earlier, on a resting platform.
+// (Protocol::standing_s) begins at rest that much earlier, on a resting platform, or before one more cycle
+// (Protocol::moved_before).
 #pragma once
 
 #include <functional>

@@ -14,10 +14,11 @@
 
 /// The library's own destructor first moves all nested values onto a list, because deep nesting would overflow the
 /// stack. The list needs memory, and a destructor without memory ends the process. Json is never nested deeply, so its
-/// children's destructors suffice.
+/// children's destructors suffice. A null that became an object or a list without memory for it has no value.
 template <>
 inline void decid::Json::json_value::destroy(nlohmann::detail::value_t type) {
   const auto remove = [](auto* value) {
+    if (value == nullptr) return;
     std::destroy_at(value);
     std::allocator<std::remove_pointer_t<decltype(value)>>().deallocate(value, 1);
   };

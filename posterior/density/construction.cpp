@@ -190,7 +190,7 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa, c
   bins_ = (steps - first_step_ + bin_steps_ - 1) / bin_steps_ + 5;
   edges_ = (protocol.experiment.steps() - first_step_) / bin_steps_ + 1;
 
-  const PlatformRate rate_at(protocol.experiment, stimulus, lead_steps_, priors.moved_before);
+  const PlatformRate rate_at(protocol.experiment, stimulus, lead_steps_, priors.moved_before || protocol.moved_before);
   set_bins(rate_at);
   set_platform(rate_at);
   set_loop();

@@ -193,7 +193,8 @@ void record(const Protocol& protocol, std::uint64_t seed, std::uint64_t item, st
   };
 
   if (const double start_s = size(Condition::start); start_s != 0.0)
-    begin_later(sway_rad, start_s * rate_hz, protocol.standing_s > 0.0 ? Before::moving : Before::at_rest);
+    begin_later(sway_rad, start_s * rate_hz,
+                protocol.standing_s > 0.0 || protocol.moved_before ? Before::moving : Before::at_rest);
   if (const double gain = size(Condition::gain); gain != 0.0)
     for (double& value : sway_rad) value *= 1.0 + gain;
   if (const double offset = size(Condition::offset) * rad_per_deg; offset != 0.0)

@@ -50,12 +50,22 @@ void validate_noise(const Checker& check, const Protocol& protocol) {
   static_cast<void>(noise_band(protocol));
 }
 
-/// The standing needs noise too.
+/// A cycle before the trial must fit its first sample and end as it begins.
+void validate_cycle_before(const Checker& check, const Protocol& protocol) {
+  if (protocol.experiment.lead_in_s() != 0.0)
+    check.fail("moved_before", "is true, and lead_in_s is " + setting_text(protocol.experiment.lead_in_s()),
+               "give a lead_in_s of 0: the platform rests during it");
+  check.whole_samples("moved_before: the cycle", protocol.experiment.cycle_s(), protocol.experiment.sample_rate_hz);
+  protocol.with_standing().experiment.validate(protocol.name + ", moved_before");
+}
+
+/// What is before the trial needs noise too.
 void validate_standing(const Checker& check, const Protocol& protocol) {
   check.within("standing_s", protocol.standing_s, 0.0, longest_standing_s);
   check.whole_samples("standing_s", protocol.standing_s, protocol.experiment.sample_rate_hz);
-  if (protocol.standing_s == 0.0) return;
+  if (protocol.moved_before) validate_cycle_before(check, protocol);
   const Protocol whole = protocol.with_standing();
+  if (whole.samples() == protocol.samples()) return;
   static_cast<void>(noise_band(whole));
   const int largest = max_prime_factor(whole.noise_period_samples());
   if (largest > max_fft_prime) {
@@ -101,9 +111,15 @@ Protocol Protocol::ideal() const {
 
 Protocol Protocol::with_standing() const {
   Protocol whole = *this;
-  if (standing_s == 0.0) return whole;
+  if (standing_s == 0.0 && !moved_before) return whole;
   whole.standing_s = 0.0;
-  std::visit([this](auto& kind) { kind.lead_in_s += standing_s; }, whole.experiment.stimulus);
+  whole.moved_before = false;
+  std::visit(
+      [this](auto& kind) {
+        kind.lead_in_s += standing_s;
+        kind.cycles += moved_before ? 1 : 0;
+      },
+      whole.experiment.stimulus);
   const bool lasts = noise_period_samples() >= whole.samples();
   whole.noise.vestibular.period_s = lasts ? noise_period_s() : 0.0;
   return whole;

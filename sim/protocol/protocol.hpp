@@ -52,6 +52,9 @@ struct Protocol {
   /// The body has stood this long before the trial's first sample, swaying with its vestibular noise, on a resting
   /// platform; a whole number of sample periods, at most 60 s. 0: the trial begins at rest, upright.
   double standing_s = 0.0;
+  /// True: the platform played one more cycle before the trial's first sample, behind the standing, as before a
+  /// recording that was cut from a longer one. Not with a lead-in.
+  bool moved_before = false;
   /// Half-width of a dead band on the body's angle before the gravity gain, for simulations only: fits and transfer
   /// functions ignore it, because what lies behind it is not linear. 0: none.
   double gravity_dead_band_deg = 0.0;
@@ -67,8 +70,9 @@ struct Protocol {
   /// Returns the same protocol with one body and an ideal recording: no measurement noise, no artefacts. The standing
   /// is kept.
   Protocol ideal() const;
-  /// Returns the protocol that is simulated for this one, with the standing as part of its lead-in. Its vestibular
-  /// noise has this protocol's period if that is long enough, else twice its own length.
+  /// Returns the protocol that is simulated for this one, with the standing as part of its lead-in, and with one more
+  /// cycle if the platform moved before. Its vestibular noise has this protocol's period if that is long enough, else
+  /// twice its own length.
   Protocol with_standing() const;
   /// Returns the stimulus if it is a sequence; throws Error for other kinds.
   Sequence& sequence();

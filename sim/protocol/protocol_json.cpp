@@ -145,6 +145,7 @@ Json to_json_object(const Protocol& protocol) {
                               {"period_s", protocol.noise_period_s()}};
   json["sensor_noise_deg"] = range_json(protocol.noise.sensor.low_deg, protocol.noise.sensor.high_deg);
   if (protocol.standing_s > 0.0) json["standing_s"] = protocol.standing_s;
+  if (protocol.moved_before) json["moved_before"] = true;
   if (protocol.gravity_dead_band_deg > 0.0) json["gravity_dead_band_deg"] = protocol.gravity_dead_band_deg;
   if (protocol.heights.vary()) json["body_heights"] = range_json(protocol.heights.low, protocol.heights.high);
   if (Json recording = conditions_json(protocol.conditions); !recording.empty())
@@ -206,6 +207,7 @@ Protocol read_protocol(const Json& json, const ProtocolText& source) {
   if (const Json* part = object.find("sensor_noise_deg"))
     read_range(object, "sensor_noise_deg", *part, sensor.low_deg, sensor.high_deg);
   object.read("standing_s", protocol.standing_s);
+  object.read("moved_before", protocol.moved_before);
   object.read("gravity_dead_band_deg", protocol.gravity_dead_band_deg);
   if (const Json* part = object.find("body_heights"))
     read_range(object, "body_heights", *part, protocol.heights.low, protocol.heights.high);

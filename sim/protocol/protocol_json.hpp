@@ -1,8 +1,8 @@
 // Protocols as JSON, as in protocol files, data sets and models.
 // {"name": "...", a stimulus, "sample_rate_hz", "body": {"mass_kg", "com_height_m", "inertia_kgm2"},
 //  "vestibular_noise": {"scale_deg", "low_hz", "high_hz", "exponent", "period_s"}, "sensor_noise_deg": x | [low, high],
-//  "standing_s", "gravity_dead_band_deg", "body_heights": [low, high], "recording": {..}}: the last four only if they
-//  differ from the default, as "controller", the name of a model (sim/body_model.hpp), after the name
+//  "standing_s", "moved_before", "gravity_dead_band_deg", "body_heights": [low, high], "recording": {..}}: the last
+//  five only if they differ from the default, as "controller", the name of a model (sim/body_model.hpp), after the name
 // The stimulus is one of these, each also with "cycles", "lead_in_s", "lead_out_s" (sim/protocol/stimulus.hpp):
 //   "sequence": {"feedback": [..], "start": [..], "state_s", "amplitude_deg", "offset_s"}
 //   "measured": {"tilt_deg": [..]}, or {"file", "column", "unit": "deg" | "rad", "rate_hz"}

@@ -192,6 +192,33 @@ TEST_CASE("a fit does not use samples that were not measured") {
   CHECK(inferred.log_likelihood.size() == result.fit->stored_draws.size() * recorded);
 }
 
+TEST_CASE("trials that explain and check a recording have a platform that moved before, if the recording's did") {
+  sim::Protocol protocol = sines_protocol(), moved = protocol;
+  moved.moved_before = true;
+  FitRequest request;
+  request.settings = quick();
+  request.settings.max_leapfrog_steps = 8;
+  FitRequest asked = request;
+  asked.priors.moved_before = true;
+  const auto fitted = [&](const sim::Protocol& of, const FitRequest& how, std::optional<bool> by_tilt) {
+    RecordingResult result;
+    result.file = "cut.csv";
+    result.trial = recording::make_trial(recorded(protocol, some_parameters(), 0.02, 0));
+    if (by_tilt) result.trial.tilt = recording::TiltMatch{.moved_before = by_tilt};
+    Fitter fitter(nullptr, of, {}, how);
+    CHECK(fitter.fit(std::span(&result, 1)));
+    REQUIRE(!result.error);
+    return result.explanation.fitted_rad;
+  };
+  const auto at_rest = fitted(protocol, request, {}), by_option = fitted(protocol, asked, {});
+  CHECK(at_rest.front() == 0.0F);
+  CHECK(by_option.front() != 0.0F);
+  CHECK(fitted(moved, request, {}) == by_option);
+  CHECK(fitted(protocol, asked, false) == fitted(protocol, request, false));
+  CHECK(fitted(protocol, request, true) == fitted(moved, request, true));
+  CHECK(fitted(moved, request, false).front() == 0.0F);
+}
+
 TEST_CASE("a recording with an oscillation that the draws do not have is a caution") {
   const std::vector<float> sway = recorded(sines_protocol(), some_parameters(), 0.02, 0);
   std::vector<RecordingResult> read(2);

@@ -118,6 +118,29 @@ TEST_CASE("Simulator: a body that has stood has the bits of a trial whose first 
   }
 }
 
+TEST_CASE("Simulator: a platform that moved before gives the bits of a longer trial whose first cycle is cut") {
+  for (const double seconds : {0.0, standing_s}) {
+    Protocol protocol;
+    Protocol longer = protocol;
+    protocol.moved_before = true;
+    protocol.standing_s = seconds;
+    longer.noise.vestibular.period_s = protocol.noise_period_s();
+    longer.sequence().lead_in_s = seconds;
+    longer.sequence().cycles = 3;
+    const Simulator simulator(protocol), whole(longer), rested(Protocol{});
+    CHECK(simulator.samples() == 12'100);
+    CHECK(simulator.stimulus().tilt_rad == rested.stimulus().tilt_rad);
+    Parameters parameters = single_pendulum().parameters.middle();
+    const Run trial = simulate(simulator, parameters), all = simulate(whole, parameters);
+    CHECK(std::ranges::equal(trial.sway, std::span(all.sway).last(12'100)));
+    // The body begins with the sway of the cycle's end.
+    parameters[Nv] = 0.0;
+    const std::vector<double> sway = simulate(simulator, parameters).sway;
+    CHECK(sway.front() != 0.0);
+    CHECK(within(sway.front(), sway[6050], 1e-6));
+  }
+}
+
 TEST_CASE("Simulator: who falls while standing falls at 0, and nothing is written") {
   const Protocol protocol;
   const Simulator simulator(standing_before(protocol)), whole(with_lead_in(protocol));

@@ -5,10 +5,12 @@
 #include <functional>
 #include <limits>
 #include <locale>
+#include <vector>
 
 #include "base/error.hpp"
 #include "sim/noise.hpp"
 #include "sim/protocol/detail/checker.hpp"
+#include "sim/protocol/protocol_json.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid::sim;
@@ -114,6 +116,21 @@ TEST_CASE("Protocol: standing") {
   CHECK(protocol.with_standing().duration_s() == 131.0);
   CHECK(protocol.with_standing().experiment.lead_in_s() == 10.0);
   CHECK(protocol.with_standing().standing_s == 0.0);
+  Protocol moved = protocol;
+  moved.moved_before = true;
+  CHECK_NOTHROW(moved.validate());
+  CHECK(moved.with_standing().duration_s() == 191.5);
+  CHECK_FALSE(moved.with_standing().moved_before);
+  CHECK(moved.experiment.duration_s() == 121.0);
+  CHECK(protocol_from_json(to_json(moved), "p").moved_before);
+  CHECK(to_json(protocol).find("moved_before") == std::string::npos);
+  moved.sequence().lead_in_s = 1.0;
+  check_error([&] { moved.validate(); }, decid::Code::setting_out_of_range, "moved_before");
+  std::vector<double> ramp(2000);  // whose next cycle would begin with a jump
+  for (std::size_t k = 0; k < ramp.size(); ++k) ramp[k] = 0.001 * static_cast<double>(k);
+  moved.experiment.stimulus = MeasuredTilt{ramp};
+  check_error([&] { moved.validate(); }, decid::Code::setting_out_of_range, "moved_before");
+
   // A period that is long enough stays; another is twice what is simulated.
   CHECK(protocol.with_standing().noise_period_s() == 242.0);
   protocol.noise.vestibular.period_s = 131.0;
