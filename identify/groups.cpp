@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/math/statistics.hpp"
 #include "base/name_order.hpp"
 #include "base/text.hpp"
 #include "identify/network/student_t.hpp"
@@ -29,11 +30,6 @@ void add_intervals(GroupEffect& effect, double standard_error, double degrees_of
   };
   effect.interval95 = limits(0.05);
   effect.adjusted_interval95 = limits(0.05 / static_cast<double>(std::max<std::size_t>(intervals, 1)));
-}
-
-double hedges_g(double difference, double sd, double degrees_of_freedom) {
-  return sd == 0.0 || degrees_of_freedom < 2.0 ? unknown
-                                               : (1.0 - 3.0 / (4.0 * degrees_of_freedom - 1.0)) * difference / sd;
 }
 
 GroupEffect effect_without_spread(double difference) {

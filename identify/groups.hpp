@@ -8,7 +8,7 @@
 //   interval: difference +- t SE, t of Student's distribution with df
 //   adjusted interval: the same with 0.05 / k instead of 0.05 for k intervals; their joint coverage is at least 95%
 //     (Bonferroni; O. Dunn, J. Am. Stat. Assoc. 56 (1961) 52-64), however the parameters depend on each other
-//   Hedges' g = J difference / S, J = 1 - 3 / (4 f - 1) for f >= 2
+//   Hedges' g = J difference / S, with J of base/math/statistics.hpp for f >= 2
 //     different people: S^2 = ((n1 - 1) S1^2 + (n2 - 1) S2^2) / f, f = n1 + n2 - 2 (M. Borenstein, L. Hedges,
 //     J. Higgins, H. Rothstein, Introduction to Meta-Analysis, 2009, chapter 4)
 //     paired: S^2 = (S1^2 + S2^2) / 2, f = n - 1 (d_av of G. Cumming, Understanding The New Statistics, 2012,

@@ -12,6 +12,8 @@ class Words {
   /// Throws Error if the line is longer than any layer, whose errors quote it.
   explicit Words(const std::string& line);
 
+  /// Returns the first word, which names the layer.
+  const std::string& name() const { return words_.front(); }
   bool done() const { return next_ == words_.size(); }
   /// Throws Error if words are left over.
   void finish() const;
@@ -23,6 +25,8 @@ class Words {
   int take_int(int low, int high) { return to_int(take(), low, high); }
   /// Takes "3" or "3x5": rows and columns, each in [low, high].
   std::pair<int, int> take_pair(int low, int high);
+  /// Returns "3x5", as take_pair() takes it.
+  static std::string pair(int rows, int columns) { return std::to_string(rows) + "x" + std::to_string(columns); }
   /// Takes a number in [low, high].
   double take_number(double low, double high);
   /// Throws Error of this line.

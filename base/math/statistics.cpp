@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace decid {
@@ -74,6 +75,11 @@ double correlation(std::span<const double> a, std::span<const double> b) {
   double sum = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - mean_a) * (b[i] - mean_b);
   return sum / static_cast<double>(a.size()) / scale;
+}
+
+double hedges_g(double difference, double sd, double degrees_of_freedom) {
+  if (sd == 0.0 || degrees_of_freedom < 2.0) return std::numeric_limits<double>::quiet_NaN();
+  return (1.0 - 3.0 / (4.0 * degrees_of_freedom - 1.0)) * difference / sd;
 }
 
 }  // namespace decid

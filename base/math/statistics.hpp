@@ -1,5 +1,5 @@
-// Means, standard deviations, quantiles and correlations of values in memory, in double precision, summed in the order
-// of the values. No values: NaN for a mean, undefined for the others.
+// Means, standard deviations, quantiles, correlations and standardised differences of values in memory, in double
+// precision, summed in the order of the values. No values: NaN for a mean, undefined for the others.
 #pragma once
 
 #include <span>
@@ -24,5 +24,9 @@ double quantile(std::vector<double> values, double fraction);
 double quantile_of_sorted(std::span<const double> values, double fraction);
 /// Pearson's correlation of two series of equal length; 0 if one of them is constant.
 double correlation(std::span<const double> a, std::span<const double> b);
+/// Returns Hedges' g of a difference of means, J difference / sd, with sd on f degrees of freedom. J = 1 - 3 / (4 f -
+/// 1) takes out the bias of small samples, to 0.0004 from f = 10 on. NaN where sd is 0 or f < 2. L. Hedges, J. Educ.
+/// Stat. 6 (1981) 107-128.
+double hedges_g(double difference, double sd, double degrees_of_freedom);
 
 }  // namespace decid

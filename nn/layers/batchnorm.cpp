@@ -1,4 +1,4 @@
-// Batch normalisation in training, with the ReLU and the pool that are fused with it (nn/layers/layer.hpp). The batch
+// Batch normalisation, with the ReLU and the pool that are fused with it (nn/layers/layer.hpp). In training the batch
 // statistics are sums in double around a pivot, the running mean: one pass, and no cancellation once the running mean
 // is near the mean.
 //
@@ -10,10 +10,28 @@
 #include "base/parallel.hpp"
 #include "base/per_thread.hpp"
 #include "nn/detail/forward.hpp"
+#include "nn/layers/detail/layers.hpp"
 #include "nn/layers/detail/normalisation.hpp"
 #include "nn/layers/detail/training_layers.hpp"
 
 namespace decid::nn {
+
+LayerKind parse_batchnorm(Shape src, Words&) {
+  return BatchNorm{src, false, std::nullopt};
+}
+
+bool fuse_with_batchnorm(LayerKind& before, const LayerKind& next) {
+  auto* const norm = std::get_if<BatchNorm>(&before);
+  if (norm == nullptr || norm->pool) return false;
+  if (std::holds_alternative<Relu>(next) && !norm->relu) return norm->relu = true;
+  if (const auto* pool = std::get_if<Pool>(&next); pool != nullptr && !pool->overlaps()) norm->pool = *pool;
+  return norm->pool.has_value();
+}
+
+std::string BatchNorm::text() const {
+  return std::string("batchnorm") + (relu ? "\nrelu" : "") + (pool ? "\n" + pool->text() : "");
+}
+
 namespace {
 
 /// Rows of one plane that are pooled into one row of output.

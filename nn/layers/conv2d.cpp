@@ -1,11 +1,52 @@
-// Two-dimensional convolution (cross-correlation, as in other libraries) in training: forward, and backward by hand.
+// Two-dimensional convolution (cross-correlation, as in other libraries): its line, forward, and backward by hand.
 // Formulas and the order of every sum in kernels/kernels.hpp.
 #include <algorithm>
+#include <tuple>
 
 #include "nn/detail/forward.hpp"
+#include "nn/layers/detail/layers.hpp"
 #include "nn/layers/detail/training_layers.hpp"
 
 namespace decid::nn {
+
+LayerKind parse_conv(Shape src, Words& words) {
+  Conv2dShape s{};
+  int groups = 1, dilation_rows = 1, dilation_columns = 1;
+  s.src_channels = src.channels;
+  s.src_rows = src.rows;
+  s.src_columns = src.columns;
+  s.dst_channels = words.take_int(1, 4096);
+  std::tie(s.kernel_rows, s.kernel_columns) = words.take_pair(1, 255);
+  s.stride_rows = s.stride_columns = 1;
+  if (words.take_if("stride")) std::tie(s.stride_rows, s.stride_columns) = words.take_pair(1, 255);
+  if (words.take_if("pad")) std::tie(s.pad_rows, s.pad_columns) = words.take_pair(0, 254);
+  if (words.take_if("groups")) groups = words.take_int(1, 4096);
+  if (words.take_if("dilation")) std::tie(dilation_rows, dilation_columns) = words.take_pair(1, 4096);
+  const bool plain = groups == 1 && dilation_rows == 1 && dilation_columns == 1;
+  const int reach_rows = (s.kernel_rows - 1) * dilation_rows + 1;
+  const int reach_columns = (s.kernel_columns - 1) * dilation_columns + 1;
+  if (s.pad_rows >= reach_rows || s.pad_columns >= reach_columns) words.fail("has padding as large as its kernel");
+  if (s.src_channels % groups != 0 || s.dst_channels % groups != 0)
+    words.fail("has " + std::to_string(groups) + " groups that do not divide its channels, " +
+               std::to_string(s.src_channels) + " and " + std::to_string(s.dst_channels));
+  if (dilation_rows > 1 && s.stride_rows > 1) words.fail("has both dilation and stride along its rows");
+  const auto extent = [&](int size, int kernel, int stride, int pad) {
+    if (size + 2 * pad < kernel)
+      words.fail("has a kernel larger than its padded input of " + Words::pair(src.rows, src.columns));
+    return (size + 2 * pad - kernel) / stride + 1;
+  };
+  s.dst_rows = extent(s.src_rows, reach_rows, s.stride_rows, s.pad_rows);
+  s.dst_columns = extent(s.src_columns, reach_columns, s.stride_columns, s.pad_columns);
+  words.limit(static_cast<long long>(s.dst_channels) * s.src_channels * reach_rows * reach_columns, "weights");
+  if (plain) return Conv2d{s};
+  return Extension{grouped_conv(s, groups, dilation_rows, dilation_columns)};
+}
+
+std::string Conv2d::text() const {
+  return "conv " + std::to_string(shape.dst_channels) + " " + Words::pair(shape.kernel_rows, shape.kernel_columns) +
+         " stride " + Words::pair(shape.stride_rows, shape.stride_columns) + " pad " +
+         Words::pair(shape.pad_rows, shape.pad_columns);
+}
 
 Halo src_halo(const Conv2dShape& s) {
   return {s.pad_rows, s.pad_columns};

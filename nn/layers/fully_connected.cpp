@@ -1,8 +1,20 @@
-// Fully connected layer in training: y = W x + b over all values of a sample, in the order channel, row, column.
+// Fully connected layer: y = W x + b over all values of a sample, in the order channel, row, column.
 #include "nn/detail/forward.hpp"
+#include "nn/layers/detail/layers.hpp"
 #include "nn/layers/detail/training_layers.hpp"
 
 namespace decid::nn {
+
+LayerKind parse_fully_connected(Shape src, Words& words) {
+  const int outputs = words.take_int(1, 65536);
+  words.limit(static_cast<long long>(outputs) * src.size(), "weights");
+  return FullyConnected{src, outputs};
+}
+
+std::string FullyConnected::text() const {
+  return "fc " + std::to_string(outputs);
+}
+
 namespace {
 
 template <class T>

@@ -32,9 +32,8 @@ class GroupedConv final : public OperationOf<GroupedConv> {
   }
 
   std::string text() const override {
-    const auto pair = [](int a, int b) { return std::to_string(a) + "x" + std::to_string(b); };
     return Conv2d{shape_}.text() + " groups " + std::to_string(groups_) + " dilation " +
-           pair(dilation_rows_, dilation_columns_);
+           Words::pair(dilation_rows_, dilation_columns_);
   }
   std::vector<OperationParameter> parameters() const override {
     const int inputs = group_.src_channels, taps = inputs * shape_.kernel_rows * shape_.kernel_columns;

@@ -1,4 +1,4 @@
-// The kinds of layers: their texts, parameters and statistics.
+// The kinds of layers: their parameters and statistics.
 #include "nn/layers/layer.hpp"
 
 #include <algorithm>
@@ -7,10 +7,6 @@
 
 namespace decid::nn {
 namespace {
-
-std::string pair(int a, int b) {
-  return std::to_string(a) + "x" + std::to_string(b);
-}
 
 /// The trained tensors of a kind, without their values.
 std::vector<OperationParameter> described_parameters(const LayerKind& kind) {
@@ -71,25 +67,6 @@ std::string Extension::text() const {
 }
 long long Extension::flops() const {
   return operation->flops();
-}
-
-std::string Conv2d::text() const {
-  return "conv " + std::to_string(shape.dst_channels) + " " + pair(shape.kernel_rows, shape.kernel_columns) +
-         " stride " + pair(shape.stride_rows, shape.stride_columns) + " pad " + pair(shape.pad_rows, shape.pad_columns);
-}
-
-std::string FullyConnected::text() const {
-  return "fc " + std::to_string(outputs);
-}
-
-std::string Pool::text() const {
-  if (kind == Kind::global_average) return "globalavgpool";
-  return (kind == Kind::max ? "maxpool " : "avgpool ") + pair(shape.kernel_rows, shape.kernel_columns) + " stride " +
-         pair(shape.stride_rows, shape.stride_columns);
-}
-
-std::string BatchNorm::text() const {
-  return std::string("batchnorm") + (relu ? "\nrelu" : "") + (pool ? "\n" + pool->text() : "");
 }
 
 template <class T>

@@ -11,9 +11,7 @@ class PaddedPool final : public OperationOf<PaddedPool> {
   PaddedPool(const Pool& pool, int pad_rows, int pad_columns)
       : OperationOf(pool.src(), pool.dst()), pool_(pool), pad_rows_(pad_rows), pad_columns_(pad_columns) {}
 
-  std::string text() const override {
-    return pool_.text() + " pad " + std::to_string(pad_rows_) + "x" + std::to_string(pad_columns_);
-  }
+  std::string text() const override { return pool_.text() + " pad " + Words::pair(pad_rows_, pad_columns_); }
   long long flops() const override { return pool_.flops(); }
   bool backward_reads_dst() const override { return false; }
 

@@ -1,8 +1,45 @@
-// Average and maximum pooling in training.
+// Average and maximum pooling.
+#include <tuple>
+
 #include "nn/detail/forward.hpp"
+#include "nn/layers/detail/layers.hpp"
 #include "nn/layers/detail/training_layers.hpp"
 
 namespace decid::nn {
+
+LayerKind parse_pool(Shape src, Words& words) {
+  const bool global = words.name() == "globalavgpool";
+  using Kind = Pool::Kind;
+  Pool pool{global ? Kind::global_average : words.name() == "maxpool" ? Kind::max : Kind::average, {}};
+  PoolShape& s = pool.shape;
+  s.channels = src.channels;
+  s.src_rows = s.kernel_rows = src.rows;
+  s.src_columns = s.kernel_columns = src.columns;
+  if (!global) std::tie(s.kernel_rows, s.kernel_columns) = words.take_pair(1, 4096);
+  s.stride_rows = s.kernel_rows;
+  s.stride_columns = s.kernel_columns;
+  if (!global && words.take_if("stride")) std::tie(s.stride_rows, s.stride_columns) = words.take_pair(1, 4096);
+  if (!global && !words.done()) {
+    if (!words.take_if("pad")) words.finish();
+    const auto [pad_rows, pad_columns] = words.take_pair(0, 4095);
+    if (pad_rows >= s.kernel_rows || pad_columns >= s.kernel_columns) words.fail("has padding as large as its window");
+    if (s.src_rows + 2 * pad_rows < s.kernel_rows || s.src_columns + 2 * pad_columns < s.kernel_columns)
+      words.fail("has a window larger than its padded input");
+    return Extension{padded_pool(pool, pad_rows, pad_columns)};
+  }
+  if (s.kernel_rows > s.src_rows || s.kernel_columns > s.src_columns)
+    words.fail("has a window larger than its input of " + Words::pair(src.rows, src.columns));
+  s.dst_rows = (s.src_rows - s.kernel_rows) / s.stride_rows + 1;
+  s.dst_columns = (s.src_columns - s.kernel_columns) / s.stride_columns + 1;
+  return pool;
+}
+
+std::string Pool::text() const {
+  if (kind == Kind::global_average) return "globalavgpool";
+  return (kind == Kind::max ? "maxpool " : "avgpool ") + Words::pair(shape.kernel_rows, shape.kernel_columns) +
+         " stride " + Words::pair(shape.stride_rows, shape.stride_columns);
+}
+
 namespace {
 
 template <class T>

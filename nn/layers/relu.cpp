@@ -1,8 +1,14 @@
-// Rectified linear unit in training: in place, unless the layer before reads its output in backward.
+// Rectified linear unit: in training in place, unless the layer before reads its output in backward.
 #include "nn/detail/forward.hpp"
+#include "nn/layers/detail/layers.hpp"
 #include "nn/layers/detail/training_layers.hpp"
 
 namespace decid::nn {
+
+LayerKind parse_relu(Shape src, Words&) {
+  return Relu{src};
+}
+
 namespace {
 
 template <class T>

@@ -1,9 +1,10 @@
-// The beginning and the end of a residual or concat in training: the end adds or joins the input that the beginning
-// kept, and gives it the derivative that bypasses the block.
+// The beginning and the end of a residual or concat: the end adds or joins the input that the beginning kept. In
+// training it gives it the derivative that bypasses the block.
 #include "nn/layers/skip.hpp"
 
 #include <algorithm>
 
+#include "nn/layers/detail/layers.hpp"
 #include "nn/layers/detail/training_layers.hpp"
 
 namespace decid::nn {
@@ -76,6 +77,19 @@ class JoinTraining final : public TrainingLayer<T> {
 };
 
 }  // namespace
+
+LayerKind parse_block(Shape src, Words& words) {
+  if (!words.take_if("{")) words.fail("has no { behind " + words.name());
+  return Branch{src, words.name() == "concat"};
+}
+
+LayerKind end_block(const Branch& branch, Shape src, const Words& words) {
+  const Shape& kept = branch.shape;
+  if (branch.concatenates && (kept.rows != src.rows || kept.columns != src.columns))
+    words.fail("ends a concat whose planes have other rows or columns than its input");
+  if (!branch.concatenates && kept != src) words.fail("ends a residual whose output has another shape than its input");
+  return Join{src, kept, branch.concatenates};
+}
 
 template <class T>
 std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const Branch& branch, int max_batch,

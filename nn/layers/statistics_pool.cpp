@@ -1,8 +1,14 @@
-// Statistics pooling in training.
+// Statistics pooling.
 #include "nn/detail/forward.hpp"
+#include "nn/layers/detail/layers.hpp"
 #include "nn/layers/detail/training_layers.hpp"
 
 namespace decid::nn {
+
+LayerKind parse_statistics_pool(Shape src, Words&) {
+  return StatisticsPool{src};
+}
+
 namespace {
 
 template <class T>
