@@ -59,7 +59,7 @@ void validate_cycle_before(const Checker& check, const Protocol& protocol) {
   protocol.with_standing().experiment.validate(protocol.name + ", moved_before");
 }
 
-/// What is before the trial needs noise too.
+/// Standing and an earlier cycle need noise too.
 void validate_standing(const Checker& check, const Protocol& protocol) {
   check.within("standing_s", protocol.standing_s, 0.0, longest_standing_s);
   check.whole_samples("standing_s", protocol.standing_s, protocol.experiment.sample_rate_hz);
