@@ -56,7 +56,9 @@ void validate_cycle_before(const Checker& check, const Protocol& protocol) {
     check.fail("moved_before", "is true, and lead_in_s is " + setting_text(protocol.experiment.lead_in_s()),
                "give a lead_in_s of 0: the platform rests during it");
   check.whole_samples("moved_before: the cycle", protocol.experiment.cycle_s(), protocol.experiment.sample_rate_hz);
-  protocol.with_standing().experiment.validate(protocol.name + ", moved_before");
+  const Experiment whole = protocol.with_standing().experiment;
+  whole.validate(protocol.name + ", moved_before");
+  whole.refuse_implausible(protocol.name + ", moved_before");
 }
 
 /// Standing and an earlier cycle need noise too.

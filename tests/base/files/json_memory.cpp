@@ -6,10 +6,11 @@
 
 #include "base/files/json_object.hpp"
 
-// Allocations until one fails; negative: none does. Not inlined, and not with sanitizers: see
-// tests/nn/training/trainer.cpp.
-[[maybe_unused]] static thread_local long left_allocations = -1;
-#ifndef DECID_SANITIZED
+// Not with sanitizers, which have operators of their own, nor with the library's assertions, which refuse such values.
+#if defined(NDEBUG) && !defined(DECID_SANITIZED)
+static thread_local long left_allocations = -1;  // until one fails; negative: none does
+
+// Not inlined: see tests/nn/training/trainer.cpp.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   if (left_allocations < 0 || left_allocations-- > 0)
     if (void* p = std::malloc(size > 0 ? size : 1)) return p;
