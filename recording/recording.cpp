@@ -171,8 +171,8 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   const bool of_positions = source.kind == SwaySource::Kind::displacement || source.kind == SwaySource::Kind::markers;
   check_size(signal, guessed, options.mean_is_upright, of_positions, recording);
   // Other columns are read after this function returns.
-  const auto with_missing = [read, clock, separate, missing_value = options.missing_value,
-                             samples = signal.rad.size()](int column, std::size_t step) {
+  const auto with_missing = [read, clock, separate, missing_value = options.missing_value, samples = signal.rad.size()](
+                                int column, std::size_t step) {
     if (step > 1 && (!clock.place.empty() || separate->rows() > 0)) return std::vector<double>();
     if (separate->has(column)) return separate->at(column, clock, samples);
     return place_evenly(read_numbers(*read, column, missing_value, step), clock);
