@@ -29,7 +29,8 @@ constexpr double other_start_tolerance_s = 0.7;            // to which the respo
 constexpr double delay_step_s = 0.005, max_start_s = 1.0;  // of the start's prior behind a low-pass
 
 /// Returns the simulator of trials that explain and check a recording. As in the density, the body stands before the
-/// first sample, and the platform moves there or rests. It rests if its cycle does not end as it begins.
+/// first sample, and the platform moves there or rests. It rests if no cycle can be simulated there: behind a lead-in,
+/// or if the cycle does not end as it begins.
 sim::Simulator simulator_before(sim::Protocol protocol, double standing_s, bool moved_before) {
   if (protocol.standing_s == 0.0) protocol.standing_s = standing_s;
   if (moved_before) {
@@ -37,10 +38,9 @@ sim::Simulator simulator_before(sim::Protocol protocol, double standing_s, bool 
     moved.moved_before = true;
     try {
       return sim::Simulator(moved);
-    } catch (const Error&) {
+    } catch (const Error&) {  // protocol.hpp says which have no cycle before
     }
   }
-  protocol.moved_before = false;
   return sim::Simulator(std::move(protocol));
 }
 
@@ -165,7 +165,9 @@ void refuse_freed_and_fixed(const FitRequest& request) {
 Fitter::Fitter(const Model* model, sim::Protocol protocol, const std::optional<sim::Body>& body, FitRequest request) {
   if (body) protocol.experiment.body = *body;
   request.priors = posterior::with_conventions(std::move(request.priors), protocol.ranges());
-  request.priors.moved_before = request.priors.moved_before || std::exchange(protocol.moved_before, false);
+  // The priors alone say it: a recording's tilt may contradict them.
+  const bool moved_before = std::exchange(protocol.moved_before, false);
+  request.priors.moved_before = request.priors.moved_before || moved_before;
   refuse_freed_and_fixed(request);
   plan_ = std::make_unique<Plan>(model, protocol, request);
   const std::span<const float> tilt_rad = plan_->own.checks_for(request.priors.moved_before).explainer.tilt_rad();

@@ -108,7 +108,7 @@ const std::vector<TestedCondition>& tested_conditions() {
       {"double_pendulum", "of leg and trunk", {0.0}},
       {.name = "at_rest",
        .text = "of a body at rest at the first sample",
-       .change = [](sim::Protocol& recorded, double) { recorded.standing_s = 0.0; }},
+       .change = [](sim::Protocol& recorded, double) { recorded = recorded.from_rest(); }},
       {.name = "coloured_noise_deg",
        .text = "coloured noise of %g degrees",
        .apply =

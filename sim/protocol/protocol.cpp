@@ -71,7 +71,7 @@ void validate_standing(const Checker& check, const Protocol& protocol) {
   static_cast<void>(noise_band(whole));
   const int largest = max_prime_factor(whole.noise_period_samples());
   if (largest > max_fft_prime) {
-    check.fail("standing_s",
+    check.fail(protocol.moved_before ? "moved_before" : "standing_s",
                "makes the vestibular noise's period a multiple of the prime " + std::to_string(largest) + " of samples",
                "give another standing_s; transforms allow primes up to " + std::to_string(max_fft_prime));
   }
@@ -111,11 +111,16 @@ Protocol Protocol::ideal() const {
   return same;
 }
 
+Protocol Protocol::from_rest() const {
+  Protocol same = *this;
+  same.standing_s = 0.0;
+  same.moved_before = false;
+  return same;
+}
+
 Protocol Protocol::with_standing() const {
-  Protocol whole = *this;
+  Protocol whole = from_rest();
   if (standing_s == 0.0 && !moved_before) return whole;
-  whole.standing_s = 0.0;
-  whole.moved_before = false;
   std::visit(
       [this](auto& kind) {
         kind.lead_in_s += standing_s;

@@ -70,6 +70,8 @@ struct Protocol {
   /// Returns the same protocol with one body and an ideal recording: no measurement noise, no artefacts. The standing
   /// is kept.
   Protocol ideal() const;
+  /// Returns the same protocol with nothing before its trial, which begins at rest, upright.
+  Protocol from_rest() const;
   /// Returns the protocol that is simulated for this one, with the standing as part of its lead-in, and with one more
   /// cycle if the platform moved before. Its vestibular noise has this protocol's period if that is long enough, else
   /// twice its own length.

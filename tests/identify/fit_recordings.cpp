@@ -217,6 +217,7 @@ TEST_CASE("trials that explain and check a recording have a platform that moved 
   CHECK(fitted(protocol, asked, false) == fitted(protocol, request, false));
   CHECK(fitted(protocol, request, true) == fitted(moved, request, true));
   CHECK(fitted(moved, request, false).front() == 0.0F);
+  CHECK(fitted(moved, asked, false) == fitted(protocol, request, false));
 }
 
 TEST_CASE("a recording with an oscillation that the draws do not have is a caution") {

@@ -281,9 +281,7 @@ ControllerFiles controller_files(const sim::Parameters& parameters, const sim::P
   if (protocol.gravity_dead_band_deg > 0.0)
     throw Error(Code::not_supported, "protocol " + protocol.name,
                 "has a gravity dead band, which exported controllers do not have", "leave gravity_dead_band_deg out");
-  sim::Protocol from_rest = protocol;
-  from_rest.standing_s = 0.0;  // so begins the self-test
-  const sim::Simulator simulator(from_rest);
+  const sim::Simulator simulator(protocol.from_rest());  // so begins the self-test
   const sim::Family& family = protocol.family();
   const sim::Body& body = protocol.experiment.body;
   const sim::Parameters noise_free = family.without_noise(parameters);

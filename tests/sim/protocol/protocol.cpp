@@ -122,6 +122,7 @@ TEST_CASE("Protocol: standing") {
   CHECK(moved.with_standing().duration_s() == 191.5);
   CHECK_FALSE(moved.with_standing().moved_before);
   CHECK(moved.experiment.duration_s() == 121.0);
+  CHECK(moved.from_rest().with_standing().duration_s() == 121.0);
   CHECK(protocol_from_json(to_json(moved), "p").moved_before);
   CHECK(to_json(protocol).find("moved_before") == std::string::npos);
   moved.sequence().lead_in_s = 1.0;
