@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string>
 
+#include "base/math/statistics.hpp"
 #include "base/parallel.hpp"
 #include "posterior/frf/fit.hpp"
 #include "sim/body_model.hpp"
@@ -24,20 +25,21 @@ constexpr int short_form = 20, long_form = 200;
 constexpr double max_distance = 1.95;
 
 struct Calibration {
-  std::vector<std::vector<double>> ranks;  // by quantity
+  std::vector<std::vector<double>> ranks;                      // by quantity
+  std::vector<std::vector<double>> squared_errors, variances;  // the same, stated variances
   std::vector<double> rhat, p_values, errors;
 };
 
-Calibration calibrate(const sim::BodyModel& model, double stddev, int tables) {
+Calibration calibrate(const sim::BodyModel& model, double confidence, int tables) {
   sim::Protocol protocol = sim::short_protocol();
   protocol.experiment.body_model = &model;
-  const frf::Density made(protocol, empty_table(short_frequencies_hz, stddev), {});
+  const frf::Density made(protocol, empty_table(short_frequencies_hz, confidence), {});
   frf::SmcSettings settings;
   settings.effective_draws = 200;  // ranks are known to 0.035 or better, an eighth of their own spread
   settings.max_rhat = 1.05;
   Calibration all;
-  all.ranks.resize(static_cast<std::size_t>(made.quantities()));
-  for (auto& ranks : all.ranks) ranks.resize(static_cast<std::size_t>(tables));
+  for (auto* values : {&all.ranks, &all.squared_errors, &all.variances})
+    values->assign(static_cast<std::size_t>(made.quantities()), std::vector<double>(static_cast<std::size_t>(tables)));
   all.rhat.resize(static_cast<std::size_t>(tables));
   all.p_values.resize(all.rhat.size());
   all.errors.resize(all.rhat.size());
@@ -52,8 +54,12 @@ Calibration calibrate(const sim::BodyModel& model, double stddev, int tables) {
       const double value = density.value(truth, q);
       const auto below = std::ranges::count_if(draws, [&](double draw) { return draw < value; });
       const auto equal = std::ranges::count(draws, value);
-      all.ranks[static_cast<std::size_t>(q)][number] =
+      const auto place = static_cast<std::size_t>(q);
+      all.ranks[place][number] =
           (static_cast<double>(below) + 0.5 * static_cast<double>(equal)) / static_cast<double>(draws.size());
+      const double error = mean(draws) - value, deviation = stddev(draws);
+      all.squared_errors[place][number] = error * error;
+      all.variances[place][number] = deviation * deviation;
     }
     all.rhat[number] = *std::ranges::max_element(found.rhat());
     all.p_values[number] = found.misfit().p_value;
@@ -91,6 +97,10 @@ void check(const sim::BodyModel& model, const Calibration& found, double max_apa
     MESSAGE(model.name << ", " << names[q] << ": distance " << off << ", in the 90 % interval " << covered);
     CHECK(off < max_distance);
     CHECK(covered > 0.9 - 3.1 * std::sqrt(0.09 / tables));
+    if (q >= model.parameters.size()) continue;
+    const double width = model.parameters[q].high - model.parameters[q].low, variance = width * width / 12.0;
+    MESSAGE("squared error " << mean(found.squared_errors[q]) / variance << ", stated "
+                             << mean(found.variances[q]) / variance << " of the range's variance");
   }
   const auto disagreeing = std::ranges::count_if(found.rhat, [](double value) { return value > 1.1; });
   MESSAGE(disagreeing << " of " << tables << " with an R-hat above 1.1, largest "
