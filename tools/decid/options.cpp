@@ -200,7 +200,11 @@ std::vector<std::string> Command::arguments() const {
 }
 
 std::string Command::name() const {
-  return app_->get_name();
+  std::string name = app_->get_name();
+  const CLI::App* parent = app_->get_parent();
+  for (; parent != nullptr && parent->get_parent() != nullptr; parent = parent->get_parent())
+    name = parent->get_name() + " " + name;
+  return name;
 }
 
 std::vector<std::pair<std::string, std::string>> Command::outputs() const {

@@ -82,6 +82,7 @@ class Command {
   std::vector<std::string> given(const std::vector<std::string>& without) const;
   /// Returns the given recorded options as arguments of a later call: "--option=value", "--flag".
   std::vector<std::string> arguments() const;
+  /// Returns the words that name the command in a call: "fit", "export c".
   std::string name() const;
   /// Returns the name and the last value of each given option of Option::output(). Call it in a callback.
   std::vector<std::pair<std::string, std::string>> outputs() const;

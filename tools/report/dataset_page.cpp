@@ -3,6 +3,7 @@
 
 #include "base/files/json_object.hpp"
 #include "embedded/dataset_js.hpp"
+#include "tools/report/json/recording_json.hpp"
 #include "tools/report/page.hpp"
 
 namespace decid::tools {
@@ -44,26 +45,30 @@ Json dataset_json(const DatasetFigures& figures) {
   }
   distributions["peak_to_peak"] =
       distribution("Peak-to-peak sway", "rad", report.base.peak_to_peak, report.all.peak_to_peak);
-  return {{"file", figures.file},
-          {"bytes", figures.bytes},
-          {"trials", trials},
-          {"base_trials", base},
-          {"children", trials - base},
-          {"samples", figures.request.protocol.samples()},
-          {"seed", figures.request.seed},
-          {"protocol", figures.request.protocol.name},
-          {"base_attempts", report.base_attempts},
-          {"acceptance_rate", rate(base, report.base_attempts)},
-          {"parents", report.parents},
-          {"parent_threshold_rad", dataset::parent_peak_to_peak_rad},
-          {"child_attempts", report.child_attempts},
-          {"child_acceptance_rate", rate(trials - base, report.child_attempts)},
-          {"distributions", std::move(distributions)}};
+  Json json{{"file", figures.file},
+            {"bytes", figures.bytes},
+            {"sha256", figures.sha256},
+            {"trials", trials},
+            {"base_trials", base},
+            {"children", trials - base},
+            {"samples", figures.request.protocol.samples()},
+            {"seed", figures.request.seed},
+            {"protocol", figures.request.protocol.name},
+            {"base_attempts", report.base_attempts},
+            {"acceptance_rate", rate(base, report.base_attempts)},
+            {"parents", report.parents},
+            {"parent_threshold_rad", dataset::parent_peak_to_peak_rad},
+            {"child_attempts", report.child_attempts},
+            {"child_acceptance_rate", rate(trials - base, report.child_attempts)},
+            {"distributions", std::move(distributions)}};
+  add_call(json, figures.call);
+  return json;
 }
 
 std::string dataset_html(const DatasetFigures& figures) {
   Json data = dataset_json(figures);
   data["version"] = figures.version;
+  data["call"] = call_json(figures.call, figures.request.protocol.name);
   data["protocol"] = protocol_figures(figures.request.protocol);
   return page_html({.title = "Data set report",
                     .lead = "Simulated trials of the DEC posture-control model with known parameters.",

@@ -7,6 +7,7 @@
 
 #include "base/files/json.hpp"
 #include "dataset/sets/dataset.hpp"
+#include "identify/result.hpp"
 
 namespace decid::tools {
 
@@ -16,12 +17,15 @@ struct DatasetFigures {
   dataset::DatasetRequest request;
   dataset::DatasetReport report;
   std::uint64_t bytes = 0;  ///< of the file
+  std::string sha256;       ///< of the file
+  Call call = {};
 };
 
-/// Keys: file, bytes, trials, base_trials, children, samples, seed, protocol, base_attempts, acceptance_rate, parents,
-/// parent_threshold_rad, child_attempts, child_acceptance_rate (null without children), and distributions: for Kp, ..,
-/// delay and peak_to_peak (rad) unit, low and high of the histogram, and for base and enriched the mean, sd
-/// (over N), min, max and the counts of the equal bins from low to high. Without children both are the same.
+/// Keys: add_call()'s, then file, bytes, sha256, trials, base_trials, children, samples, seed, protocol, base_attempts,
+/// acceptance_rate, parents, parent_threshold_rad, child_attempts, child_acceptance_rate (null without children), and
+/// distributions: for Kp, .., delay and peak_to_peak (rad) unit, low and high of the histogram, and for base and
+/// enriched the mean, sd (over N), min, max and the counts of the equal bins from low to high. Without children both
+/// are the same.
 Json dataset_json(const DatasetFigures& figures);
 
 /// Returns the self-contained page. The same data set gives the same page.

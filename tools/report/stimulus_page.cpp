@@ -8,6 +8,7 @@
 #include "base/files/json_object.hpp"
 #include "embedded/stimulus_js.hpp"
 #include "sim/fft.hpp"
+#include "tools/report/json/recording_json.hpp"
 #include "tools/report/page.hpp"
 
 namespace decid::tools {
@@ -109,11 +110,12 @@ AmplitudeSpectrum amplitude_spectrum(const sim::Protocol& protocol) {
   return spectrum;
 }
 
-std::string stimulus_html(const sim::Protocol& protocol, const std::string& version) {
+std::string stimulus_html(const sim::Protocol& protocol, const std::string& version, const Call& call) {
   const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
   double fastest = 0.0;
   for (const double rate : stimulus.rate_rad_s) fastest = std::max(fastest, std::abs(rate));
   const Json data{{"version", version},
+                  {"call", call_json(call, protocol.name)},
                   {"name", protocol.name},
                   {"kind", std::visit([](const auto& kind) { return kind_name(kind); }, protocol.experiment.stimulus)},
                   {"duration_s", page_number(protocol.duration_s())},

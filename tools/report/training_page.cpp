@@ -3,6 +3,7 @@
 
 #include "base/files/json_object.hpp"
 #include "embedded/training_js.hpp"
+#include "tools/report/json/recording_json.hpp"
 #include "tools/report/page.hpp"
 
 namespace decid::tools {
@@ -27,6 +28,7 @@ std::string training_html(const TrainingFigures& figures) {
             {"keeps_best", origin.patience > 0},
             {"distribution", figures.distribution},
             {"finished", figures.finished},
+            {"call", call_json(figures.call, figures.protocol.name)},
             {"log", std::move(log)}};
   return page_html({.title = "Training report",
                     .lead = "How well a network reads the parameters of simulated trials, epoch by epoch.",

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "identify/network/origin.hpp"
+#include "identify/result.hpp"
 #include "identify/training/log.hpp"
 #include "sim/protocol/protocol.hpp"
 
@@ -19,6 +20,7 @@ struct TrainingFigures {
   /// The network is trained by the density that it gives the truth: other units than the MSE.
   bool distribution = false;
   bool finished = false;
+  Call call = {};
 };
 
 /// Returns the self-contained page. The same training gives the same page.

@@ -77,7 +77,8 @@ TEST_CASE("amplitude_spectrum: a sine's amplitude stands at its frequency") {
 TEST_CASE("stimulus_html: its data, escaped and thinned") {
   const Folder folder;
   const auto data_of = [&](const sim::Protocol& protocol) {
-    return page_data(write_text(folder / "a.html", decid::tools::stimulus_html(protocol, "9.8.7")).string());
+    return page_data(
+        write_text(folder / "a.html", decid::tools::stimulus_html(protocol, "9.8.7", {"stimulus"})).string());
   };
   const Json data = data_of(sines());
   CHECK_FALSE(contains(read_text(folder / "a.html"), "</script><b>"));

@@ -14,6 +14,7 @@
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/ranks.hpp"
+#include "tools/decid/results/results.hpp"
 #include "tools/report/dataset_page.hpp"
 
 namespace decid::tools {
@@ -86,12 +87,15 @@ void warn_of_little_space(const DatasetOptions& options, std::uint64_t bytes, co
       options.output.c_str(), megabytes(bytes).c_str(), megabytes(space.available).c_str());
 }
 
-void make_dataset(const DatasetOptions& options) {
+void make_dataset(const DatasetOptions& options, const Command& command) {
   DatasetFigures figures;
   figures.file = options.output;
   figures.version = version;
   std::vector<std::string> files;
   figures.request = {options.protocol.load(options.common.quiet, &files), options.count, options.base, options.seed};
+  const bool reports = is_root() && (options.common.json || !options.report.empty());
+  if (reports) figures.call = record_call(command, files);
+  figures.call.seed = options.seed;
   refuse_same_file(options.report, files);
   files.push_back(options.report);
   const dataset::NpzPartial partial = dataset::npz_partial(options.output);
@@ -125,6 +129,7 @@ void make_dataset(const DatasetOptions& options) {
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   figures.bytes = std::filesystem::file_size(options.output);
+  if (reports) figures.sha256 = hash_file(options.output);
   if (!options.report.empty() && is_root()) write_file(options.report, dataset_html(figures));
   if (!options.common.quiet) std::cerr << summary(figures, seconds);
   if (options.common.json) std::cout << print_json(dataset_json(figures)) << '\n';

@@ -12,6 +12,7 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
+#include "base/files/sha256.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "nn/predictor.hpp"
@@ -25,6 +26,7 @@
 #include "tools/firmware/quantise.hpp"
 #include "tools/firmware/text.hpp"
 #include "tools/onnx/onnx.hpp"
+#include "tools/report/json/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -33,6 +35,7 @@ namespace fs = std::filesystem;
 
 struct ExportOptions {
   CommonOptions common;
+  Call call = {};  ///< for the JSON
   std::string model, output, name;
   BodyFlags body;
   FirmwareOptions firmware;
@@ -85,15 +88,17 @@ TestVector test_vector(const Model& model, const ForBody& body, const FirmwarePl
   return test;
 }
 
-/// Prints what was written; more: the JSON's keys between the sizes and the hash; rest: the text behind the sizes.
-void print_written(const ExportOptions& options, const std::string& name, const FirmwarePlan& plan, const Json& more,
-                   const std::string& hash, const std::string& rest) {
+/// Writes the files, and prints what was written; more: the JSON's keys between the sizes and the hash; rest: the text
+/// behind the sizes.
+void write_model(const ExportOptions& options, const std::string& name, const FirmwareFiles& files,
+                 const FirmwarePlan& plan, const Json& more, const std::string& hash, const std::string& rest) {
+  write_exported(options.output, name, ExportedKind::model, files);
   if (options.common.json) {
-    Json json{{"files", {name + ".h", name + ".c"}},
-              {"weight_bytes", plan.weight_bytes()},
-              {"arena_bytes", plan.arena.bytes}};
+    Json json = written_json(name, files);
+    json.update({{"weight_bytes", plan.weight_bytes()}, {"arena_bytes", plan.arena.bytes}});
     json.update(more);
     json["weights_sha256"] = hash;
+    add_call(json, options.call);
     std::cout << print_json(json) << '\n';
   } else if (!options.common.quiet) {
     std::cout << format("%s.h and %s.c written to %s\n%lld bytes of weights, %lld of arena", name.c_str(), name.c_str(),
@@ -112,13 +117,13 @@ void export_alone(const ExportOptions& options, const nn::Network<float>& networ
   const std::string origin = format("Made by decid %s from %s, weights SHA-256\n   %s.", version,
                                     comment(fs::path(options.model).filename()).c_str(), hash.c_str());
   const FirmwarePlan plan = plan_network(network);
-  write_exported(options.output, name, ExportedKind::model, network_files(network, plan, name, origin));
-  print_written(options, name, plan, Json::object(), hash, "");
+  write_model(options, name, network_files(network, plan, name, origin), plan, Json::object(), hash, "");
 }
 
-void export_model(const ExportOptions& options) {
+void export_model(ExportOptions options, const Command& command) {
   const std::string name = options.name.empty() ? full_name(options.model) : options.name;
   check_firmware_name(name);
+  if (options.common.json) options.call = record_call(command, {options.model}, {options.model});
   if (const std::optional<NetworkAlone> alone = network_alone(options.model))
     return export_alone(options, alone->network, name);
   const Model model = model_or_built_in(options.model);
@@ -134,23 +139,25 @@ void export_model(const ExportOptions& options) {
              options.body.mass_kg
                  ? format(", for a body of %g kg and %g m", *options.body.mass_kg, *options.body.height_m).c_str()
                  : "");
-  write_exported(options.output, name, ExportedKind::model, firmware_files(model, body, plan, test, name, origin));
   std::string rest = format("; all feature maps whole: %lld", plan.whole_map_bytes());
   if (plan.options.ood_score)
     rest += format("\n%lld bytes more for the feature distance of a trial", ood_score_bytes(model, plan));
-  print_written(options, name, plan,
-                {{"whole_map_bytes", plan.whole_map_bytes()},
-                 {"ood_score_bytes", ood_score_bytes(model, plan)},
-                 {"body", body_json(body.protocol.experiment.body, body.assumed)},
-                 {"lines", plan.stream_rows ? "rows" : "columns"}},
-                hash, rest);
+  write_model(options, name, firmware_files(model, body, plan, test, name, origin), plan,
+              {{"whole_map_bytes", plan.whole_map_bytes()},
+               {"ood_score_bytes", ood_score_bytes(model, plan)},
+               {"body", body_json(body.protocol.experiment.body, body.assumed)},
+               {"lines", plan.stream_rows ? "rows" : "columns"},
+               {"protocol", model.protocol.name}},
+              hash, rest);
 }
 
 void add_export_c(const Command& parent) {
   auto options = std::make_shared<ExportOptions>();
   const Command command = parent.add_subcommand("c", "Write a model as one C file and its header");
-  command.add_option("model", options->model,
-                     "Export this file of a model, or of a network only; default: the built-in model");
+  command
+      .add_option("model", options->model,
+                  "Export this file of a model, or of a network only; default: the built-in model")
+      .unrecorded();
   add_output_option(command, "-o,--output", options->output, Written::folder,
                     "Write NAME.c and NAME.h to this folder, created if missing")
       .required();
@@ -258,6 +265,10 @@ void add_export_onnx(const Command& parent) {
 }
 
 }  // namespace
+
+Json written_json(const std::string& name, const FirmwareFiles& files) {
+  return {{"files", {name + ".h", name + ".c"}}, {"files_sha256", {sha256(files.header), sha256(files.source)}}};
+}
 
 void write_exported(const std::string& folder, const std::string& name, ExportedKind kind, const FirmwareFiles& files) {
   make_output_folder(folder);

@@ -20,6 +20,7 @@
 #include "tools/decid/results/results.hpp"
 #include "tools/firmware/c_text.hpp"
 #include "tools/firmware/controller.hpp"
+#include "tools/report/json/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -58,12 +59,12 @@ std::optional<sim::Body> given_body(const ControllerOptions& options, const sim:
 
 /// Returns the controller's protocol: its controller, its tilt, and the body for which decid exports the gains. `from`:
 /// the body of the gains so far. This is the result's body, nothing if nobody gave it, or the default body without a
-/// result.
+/// result. inputs: receives the names of the files that were read.
 sim::Protocol controller_protocol(const ControllerOptions& options, const std::optional<sim::Body>& from,
-                                  const std::string& controller) {
+                                  const std::string& controller, std::vector<std::string>& inputs) {
   const bool scales = !options.scale_to.empty(), is_result = !options.result.empty();
   sim::Protocol protocol =
-      read_protocol(scales ? options.scale_to : options.protocol, options.common.quiet, nullptr, controller);
+      read_protocol(scales ? options.scale_to : options.protocol, options.common.quiet, &inputs, controller);
   sim::Body& body = protocol.experiment.body;
   const std::optional<sim::Body> given = given_body(options, from.value_or(sim::Body{}));
   const auto refuse_unknown = [&] {
@@ -108,18 +109,21 @@ bool is_narrow(const frf::StabilityMargins& margins) {
   return margins.gain_low > 0.9 || margins.gain_high < 1.1;
 }
 
-Json controller_json(const ControllerOptions& options, const sim::Body& body, bool assumed, int steps_per_second,
-                     const ControllerLimits& limits) {
+Json controller_json(const ControllerOptions& options, const sim::Protocol& protocol, bool assumed,
+                     int steps_per_second, const ControllerFiles& made) {
+  const ControllerLimits& limits = made.limits;
   const frf::StabilityMargins& margins = limits.margins;
-  return Json{{"files", {options.name + ".h", options.name + ".c"}},
-              {"body", body_json(body, assumed)},
-              {"steps_per_second", steps_per_second},
-              {"stable", margins.stable},
-              {"delay_margin_s", margins.delay_s},
-              {"gain_margin", {margins.gain_low, margins.gain_high}},
-              {"peak_tilt_deg", limits.peak_tilt_rad / sim::rad_per_deg},
-              {"peak_sway_deg", limits.peak_sway_rad / sim::rad_per_deg},
-              {"peak_active_torque_nm", limits.peak_active_torque_nm}};
+  Json json = written_json(options.name, made.files);
+  json.update({{"protocol", protocol.name},
+               {"body", body_json(protocol.experiment.body, assumed)},
+               {"steps_per_second", steps_per_second},
+               {"stable", margins.stable},
+               {"delay_margin_s", margins.delay_s},
+               {"gain_margin", {margins.gain_low, margins.gain_high}},
+               {"peak_tilt_deg", limits.peak_tilt_rad / sim::rad_per_deg},
+               {"peak_sway_deg", limits.peak_sway_rad / sim::rad_per_deg},
+               {"peak_active_torque_nm", limits.peak_active_torque_nm}});
+  return json;
 }
 
 /// Throws Error for a file that does not begin like JSON, such as a recording. remedy: which file to give.
@@ -149,8 +153,9 @@ void export_controller(ControllerOptions options, const Command& command) {
                 "has the controller " + chosen.controller->name + ", not " + options.controller,
                 "leave --controller out");
   if (!chosen.caution.empty()) std::cerr << options.result << ": " << chosen.caution << '\n';
+  std::vector<std::string> inputs{options.result};
   const sim::Protocol protocol =
-      controller_protocol(options, chosen.body, is_result ? chosen.controller->name : options.controller);
+      controller_protocol(options, chosen.body, is_result ? chosen.controller->name : options.controller, inputs);
   const sim::BodyModel& model = *protocol.experiment.body_model;
   if (!is_result) chosen.parameters = model.parameters.middle();
   const GivenParameters given = options.parameters.of(model);
@@ -174,8 +179,11 @@ void export_controller(ControllerOptions options, const Command& command) {
   const ControllerFiles made = controller_files(parameters, protocol, options.name, origin, steps_per_second);
   warn(options, chosen.body.has_value(), body, made.limits);
   write_exported(options.output, options.name, ExportedKind::controller, made.files);
-  if (options.common.json)
-    std::cout << print_json(controller_json(options, body, assumed, steps_per_second, made.limits)) << '\n';
+  if (options.common.json) {
+    Json json = controller_json(options, protocol, assumed, steps_per_second, made);
+    add_call(json, record_call(command, inputs, {options.result}));
+    std::cout << print_json(json) << '\n';
+  }
   if (options.common.quiet || options.common.json) return;
   std::cerr << format("%s.h and %s.c written to %s%s, for a body of %s\n", options.name.c_str(), options.name.c_str(),
                       options.output.c_str(), chosen.which.empty() ? "" : (", of " + chosen.which).c_str(),
@@ -196,9 +204,10 @@ void add_export_controller(const Command& parent) {
   const Command command =
       parent.add_subcommand("controller", "Write a posture controller as one C file and its header");
   command.section("Input");
-  command.add_option(
-      "result", options->result,
-      "Use the estimates in this JSON of decid identify or decid fit; default: the middle of every range");
+  command
+      .add_option("result", options->result,
+                  "Use the estimates in this JSON of decid identify or decid fit; default: the middle of every range")
+      .unrecorded();
   command.add_option("--recording", options->recording, "Use this recording of the result, counted from 1");
   command.section("Controller");
   add_controller_option(command, options->controller,

@@ -11,6 +11,8 @@
 #include "sim/protocol/protocol_object.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/network_alone.hpp"
+#include "tools/decid/results/results.hpp"
+#include "tools/report/json/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -69,8 +71,13 @@ void print_layers(const std::string& name, const nn::Network<float>& network) {
   std::cout << format("  %-48s %-16s %10zu %12lld\n", "total", "", network.parameter_count(), network.flops());
 }
 
-/// Prints the figures and layers of a network as JSON. kind: the name's key; more: the keys before the hash.
-void print_json_of(const char* kind, const std::string& name, const nn::Network<float>& network, const Json& more) {
+void print_with_call(Json json, const InfoOptions& options, const Command& command) {
+  add_call(json, record_call(command, {options.model}, {options.model}));
+  std::cout << print_json(json) << '\n';
+}
+
+/// Returns the figures and layers of a network. kind: the name's key; more: the keys before the hash.
+Json network_json(const char* kind, const std::string& name, const nn::Network<float>& network, const Json& more) {
   const nn::Shape in = network.input_shape();
   Json json{{kind, name},
             {"input", {in.channels, in.rows, in.columns}},
@@ -79,13 +86,15 @@ void print_json_of(const char* kind, const std::string& name, const nn::Network<
             {"flops", network.flops()}};
   json.update(more);
   json["weights_sha256"] = nn::weights_sha256(network);
-  std::cout << print_json(json) << '\n';
+  return json;
 }
 
 /// Prints a network without protocol, image and head.
-void info_alone(const InfoOptions& options, const NetworkAlone& file) {
+void info_alone(const InfoOptions& options, const Command& command, const NetworkAlone& file) {
   if (options.common.json)
-    return print_json_of("network", options.model, file.network, Json::object({{"skipped", file.skipped}}));
+    return print_with_call(
+        network_json("network", options.model, file.network, Json::object({{"skipped", file.skipped}})), options,
+        command);
   print_layers(options.model, file.network);
   std::cout << "weights   SHA-256 " << nn::weights_sha256(file.network) << '\n';
   for (const std::string& tensor : file.skipped) std::cout << "skipped   " << one_line(tensor) << '\n';
@@ -112,11 +121,7 @@ Json controllers_json() {
 }
 
 /// Prints each controller with its parameters and their ranges for the default body.
-void list_controllers(bool as_json) {
-  if (as_json) {
-    std::cout << print_json(controllers_json()) << '\n';
-    return;
-  }
+void list_controllers() {
   std::cout << format("ranges for a body of m g h %.0f N m/rad (88.9 kg, 1.80 m)\n", sim::Body{}.mgh());
   for (const sim::BodyModel* model : sim::body_models()) {
     std::cout << format("%s: %s\n  source: %s\n", model->name.c_str(), model->description.c_str(),
@@ -127,17 +132,20 @@ void list_controllers(bool as_json) {
   }
 }
 
-void info(const InfoOptions& options) {
-  if (options.controllers) return list_controllers(options.common.json);
-  if (const std::optional<NetworkAlone> alone = network_alone(options.model)) return info_alone(options, *alone);
+void info(const InfoOptions& options, const Command& command) {
+  if (options.controllers && options.common.json) return print_with_call(controllers_json(), options, command);
+  if (options.controllers) return list_controllers();
+  if (const std::optional<NetworkAlone> alone = network_alone(options.model))
+    return info_alone(options, command, *alone);
   const Model model = model_or_built_in(options.model);
   if (options.common.json)
-    return print_json_of("model", model_name(options.model), model.network,
-                         {{"protocol", sim::to_json_object(model.protocol)},
-                          {"image", dataset::to_json_object(model.image())},
-                          {"origin", to_json_object(model.origin)},
-                          {"head", model.head->name()},
-                          {"recalibrated", model.recalibration.known()}});
+    return print_with_call(network_json("model", model_name(options.model), model.network,
+                                        {{"protocol", sim::to_json_object(model.protocol)},
+                                         {"image", dataset::to_json_object(model.image())},
+                                         {"origin", to_json_object(model.origin)},
+                                         {"head", model.head->name()},
+                                         {"recalibrated", model.recalibration.known()}}),
+                           options, command);
   const char* const recalibrated = !model.gives_distribution()   ? ""
                                    : model.recalibration.known() ? ", recalibrated"
                                                                  : ", not recalibrated";
@@ -155,8 +163,9 @@ void add_info(const Command& program) {
   const Command command =
       program.add_subcommand("info", "Describe a model (layers, size, protocol, hashes), or list the controllers");
   command.section("Input");
-  const Option model = command.add_option(
-      "model", options->model, "Describe this file of a model, or of a network only; default: the built-in model");
+  Option model = command.add_option("model", options->model,
+                                    "Describe this file of a model, or of a network only; default: the built-in model");
+  model.unrecorded();
   command
       .add_flag("--controllers", options->controllers,
                 "Instead of a model, list the controllers that decid simulates: parameters, options, ranges, sources")

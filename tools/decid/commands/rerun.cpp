@@ -14,6 +14,7 @@
 #include "base/version.hpp"
 #include "identify/result.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/interrupt.hpp"
 #include "tools/report/json/report_json.hpp"
 
 namespace decid::tools {
@@ -24,18 +25,28 @@ struct RerunOptions {
   std::string result, output;
 };
 
-/// Commands whose JSON names the call, and the functions that add them.
+/// A command whose JSON names the call.
 struct Repeatable {
-  const char* name;
-  void (*add)(const Command& program);
-  bool only_prints = false;  ///< has no --output; its JSON is what --json prints
+  const char* name;                     ///< as Command::name()
+  void (*add)(const Command& program);  ///< adds it to the program
+  bool prints = false;                  ///< --json prints its JSON, which is not in its --output
+  const char* output = "";              ///< a name for its --output; empty: it has none
+  const char* output_key = "";          ///< the key of the JSON that names the output, if there is one
 };
-constexpr Repeatable rerun_commands[] = {{"identify", add_identify},   {"fit", add_fit},
-                                         {"calibrate", add_calibrate}, {"compare", add_compare},
-                                         {"study", add_study},         {"design", add_design, true},
-                                         {"power", add_power, true},   {"evaluate", add_evaluate, true}};
-constexpr const char* wanted_file =
-    "give the JSON of decid identify, fit, calibrate, compare, study, design, power or evaluate";
+constexpr Repeatable rerun_commands[] = {{"identify", add_identify, false, "result.json"},
+                                         {"fit", add_fit, false, "result.json"},
+                                         {"calibrate", add_calibrate, false, "result.json"},
+                                         {"compare", add_compare, false, "result.json"},
+                                         {"study", add_study, false, "study"},
+                                         {"design", add_design, true},
+                                         {"power", add_power, true},
+                                         {"evaluate", add_evaluate, true},
+                                         {"info", add_info, true},
+                                         {"dataset", add_dataset, true, "data.npz", "file"},
+                                         {"train", add_train, true, "model.safetensors", "model"},
+                                         {"export c", add_export, true, "exported"},
+                                         {"export controller", add_export, true, "exported"}};
+constexpr const char* wanted_file = "give a JSON that decid wrote with --output or --json";
 
 const Repeatable* find_repeatable(const Json& command) {
   const auto* found = std::ranges::find_if(rerun_commands, [&](const Repeatable& one) { return command == one.name; });
@@ -51,6 +62,18 @@ bool is_input(const Json& input) {
          (input["sha256"].is_string() || input["sha256"].is_null());
 }
 
+/// Throws Error for a result that its call alone does not determine.
+void refuse_unrepeatable(const std::string& path, const Json& all) {
+  if (all["command"] == "selftest")
+    throw Error(Code::not_supported, path, "is of a self-test, which is the machine's own",
+                "run decid selftest on each machine");
+  if (all["command"] == "train" && all.contains("extensions"))
+    throw Error(
+        Code::not_supported, path, "is of a training that --resume took to more epochs",
+        "repeat all its calls with another --output, and compare weights_sha256; extensions has the epochs that "
+        "were planned before");
+}
+
 /// Throws Error unless the inputs are those of the call, and this decid wrote the result.
 Call read_call(const std::string& path, const std::string& content) {
   Json all;
@@ -64,6 +87,7 @@ Call read_call(const std::string& path, const std::string& content) {
                          all.contains("arguments") && all["arguments"].is_array() &&
                          std::ranges::all_of(all["arguments"], is_text) && all.contains("inputs") &&
                          all["inputs"].is_array() && all.contains("decid");
+  if (is_result) refuse_unrepeatable(path, all);
   if (!is_result || find_repeatable(all["command"]) == nullptr)
     throw Error(Code::file_unsupported, path, "does not say which call wrote it", wanted_file);
   if (all["decid"] != version)
@@ -104,23 +128,24 @@ class Captured {
   std::streambuf* before_;
 };
 
-/// Runs a command in this process. Returns what it prints. Throws its errors. output: empty for a command that only
-/// prints.
+/// Runs a command in this process. Returns what it prints. Throws its errors. output: empty for a command that has
+/// none.
 std::string run(const Call& call, const std::string& output, const CommonOptions& common) {
-  std::vector<std::string> words{"decid", call.command};
+  const Repeatable& repeatable = *find_repeatable(call.command);
+  std::vector<std::string> words{"decid"};
+  std::istringstream names(call.command);
+  for (std::string name; names >> name;) words.push_back(name);
   const auto files = std::ranges::find(call.arguments, "--");  // whose names begin with a hyphen, if they follow this
   words.insert(words.end(), call.arguments.begin(), files);
-  if (output.empty())
-    words.emplace_back("--json");
-  else
-    words.insert(words.end(), {"--output", output});
+  if (repeatable.prints) words.emplace_back("--json");
+  if (!output.empty()) words.insert(words.end(), {"--output", output});
   if (common.quiet) words.emplace_back("--quiet");
   if (common.threads > 0) words.insert(words.end(), {"--threads", std::to_string(common.threads)});
   words.insert(words.end(), files, call.arguments.end());
   std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());
   const Program program("decid", "", version);
-  for (const Repeatable& one : rerun_commands) one.add(program.top());
+  repeatable.add(program.top());
   const Captured printed;
   try {
     program.parse(static_cast<int>(pointers.size()), pointers.data());
@@ -154,15 +179,19 @@ class ScratchFolder {
 /// Returns the JSON of the call, computed again; other text, or none, if its arguments ask for help. Recordings that
 /// fail, as in the first call, have their error there.
 std::string compute_again(const Call& call, const CommonOptions& common) {
-  if (find_repeatable(call.command)->only_prints) return run(call, {}, common);
+  const Repeatable& repeatable = *find_repeatable(call.command);
+  const std::string name = repeatable.output;
+  if (name.empty()) return run(call, {}, common);
   const ScratchFolder scratch;
-  const bool writes_folder = call.command == "study";
-  const std::filesystem::path output = scratch.path() / (writes_folder ? "study" : "result.json"),
-                              json = writes_folder ? output / "study.json" : output;
+  const std::filesystem::path output = scratch.path() / name, json = name == "study" ? output / "study.json" : output;
   try {
-    run(call, output.string(), common);
+    std::string printed = run(call, output.string(), common);
+    if (repeatable.prints) return printed;
   } catch (const Error&) {
-    if (!path_exists(json)) throw;
+    if (repeatable.prints || !path_exists(json)) throw;
+  } catch (const std::runtime_error&) {
+    if (interrupted()) throw std::runtime_error("stopped; decid rerun keeps nothing of it");
+    throw;
   }
   return path_exists(json) ? read_file(json) : std::string();
 }
@@ -175,6 +204,16 @@ void require_json(const std::string& result, const Call& call, const std::string
     throw Error(Code::setting_malformed, path,
                 "has arguments that give no result: " + one_line(joined(call.arguments, " ")), "was the JSON edited?");
   }
+}
+
+/// Gives the output in the new JSON the name that it has in the first one.
+std::string with_first_output(const std::string& now, const std::string& before, const Call& call) {
+  const char* const key = find_repeatable(call.command)->output_key;
+  const Json first = parse_json(before, "the result");
+  if (*key == '\0' || !first.contains(key)) return now;
+  Json again = parse_json(now, "the new result");
+  again[key] = first[key];
+  return print_json(again) + '\n';
 }
 
 void remove_times(Json& json) {
@@ -197,8 +236,9 @@ void run_rerun(const RerunOptions& options) {
   refuse_same_file(options.output, {options.result});
   if (!options.output.empty()) PendingFile probe(options.output);  // reports an unwritable place before the work
   const Call call = read_call(options.result, before);
-  const std::string now = compute_again(call, options.common);
+  std::string now = compute_again(call, options.common);
   require_json(now, call, options.result);
+  now = with_first_output(now, before, call);
   if (!options.output.empty()) write_file(options.output, now);
   const bool is_same = now == before;
   if (!is_same && !alike_but_for_times(before, now))
@@ -213,9 +253,8 @@ void run_rerun(const RerunOptions& options) {
 void add_rerun(const Command& program) {
   auto options = std::make_shared<RerunOptions>();
   const Command command = program.add_subcommand("rerun",
-                                                 "Repeat the call that wrote a JSON of identify, fit, calibrate, "
-                                                 "compare, study, design, power or evaluate, and check that the "
-                                                 "result is the same");
+                                                 "Repeat the call that wrote a JSON, and check that the result is "
+                                                 "the same");
   command.section("Input");
   command.add_option("result", options->result, "Repeat the call that wrote this JSON, from the same folder")
       .required();
@@ -225,6 +264,7 @@ void add_rerun(const Command& program) {
       "  decid rerun result.json\n"
       "  decid rerun result.json -o again.json\n"
       "  decid rerun result.json --quiet && echo the same bytes\n"
+      "decid writes data sets, models and exported C to a temporary folder, in TMPDIR, and deletes them. "
       "decid refuses inputs that have changed, and results of another version. If the new result differs, the exit "
       "code is 1; computing times may differ. A recording that could not be used is part of the result.");
   run_with(command, options, false, run_rerun);

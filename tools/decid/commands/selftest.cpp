@@ -14,6 +14,8 @@
 #include "identify/evaluation/self_checks.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/ranks.hpp"
+#include "tools/decid/results/results.hpp"
+#include "tools/report/json/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -41,7 +43,7 @@ struct OwnHashes {
   }
 };
 
-void run_selftest(const SelftestOptions& options) {
+void run_selftest(const SelftestOptions& options, const Command& command) {
   if (options.mpi && ranks() == nullptr)
     throw Error(Code::not_supported, "--mpi", "needs several processes, but there is only one",
                 "start it with mpirun or srun, and a decid that was built with -DDECID_MPI=ON");
@@ -72,7 +74,9 @@ void run_selftest(const SelftestOptions& options) {
                       {"sha256", result.sha256},
                       {"expected", result.expected},
                       {"ok", result.ok()}});
-    std::cout << print_json({{"decid", version}, {"ok", wrong == 0}, {"checks", list}}) << '\n';
+    Json json{{"ok", wrong == 0}, {"checks", list}};
+    add_call(json, record_call(command, {}));
+    std::cout << print_json(json) << '\n';
   } else {
     for (const SelfResult& result : results)
       std::cout << format("%-7s %-30s %s", result.ok() ? "ok" : "WRONG", result.check.c_str(), result.of.c_str())

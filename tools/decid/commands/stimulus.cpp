@@ -9,6 +9,7 @@
 #include "sim/protocol/protocol_json.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/commands/trial_csv.hpp"
+#include "tools/decid/results/results.hpp"
 #include "tools/report/stimulus_page.hpp"
 
 namespace decid::tools {
@@ -19,12 +20,13 @@ struct StimulusOptions {
   std::string protocol = "default", output, plot, written_protocol;
 };
 
-void stimulus(const StimulusOptions& options) {
+void stimulus(const StimulusOptions& options, const Command& command) {
   if (options.output.empty() && options.plot.empty() && options.written_protocol.empty())
     throw Error(Code::setting_missing, "stimulus", "has nothing to write",
                 "give -o stimulus.csv, --plot page.html or --write-protocol p.json");
   std::vector<std::string> files;
   const sim::Protocol protocol = read_protocol(options.protocol, options.common.quiet, &files);
+  const Call call = record_call(command, files);
   for (const std::string& path : {options.output, options.plot, options.written_protocol}) {
     refuse_same_file(path, files);
     if (path.empty()) continue;
@@ -34,7 +36,7 @@ void stimulus(const StimulusOptions& options) {
   const sim::Stimulus played = sim::make_stimulus(protocol.experiment);
   if (!options.output.empty())
     write_file(options.output, csv({"time", "tilt_deg"}, time_and_tilt(protocol, played), csv_digits));
-  if (!options.plot.empty()) write_file(options.plot, stimulus_html(protocol, version));
+  if (!options.plot.empty()) write_file(options.plot, stimulus_html(protocol, version, call));
   if (!options.written_protocol.empty()) write_file(options.written_protocol, sim::to_json(protocol) + "\n");
   if (options.common.quiet) return;
   std::string degrees = format("%.4g", played.peak_to_peak_rad() / sim::rad_per_deg);

@@ -18,8 +18,8 @@ namespace decid::tools {
 /// Recorded options that the JSON of a report has elsewhere than in its `options`.
 inline const std::vector<std::string> options_reported_elsewhere{"--group",      "--protocol", "--model",     "--study",
                                                                  "--controller", "--within",   "--covariates"};
-/// Returns the call without its seed. inputs: all files that were read; empty names do not count. named: the
-/// recordings' files in the call.
+/// Returns the call without its seed. inputs: all files that were read. named: the files that the call gives without an
+/// option, which is unrecorded. Empty names do not count.
 Call record_call(const Command& command, const std::vector<std::string>& inputs,
                  const std::vector<std::string>& named = {});
 

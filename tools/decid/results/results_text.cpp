@@ -217,7 +217,8 @@ Call record_call(const Command& command, const std::vector<std::string>& inputs,
   Call call{command.name(), command.arguments(), hash_inputs(inputs), {}};
   const auto may_be_option = [](const std::string& file) { return file.starts_with('-') && file.size() > 1; };
   if (std::ranges::any_of(named, may_be_option)) call.arguments.emplace_back("--");
-  call.arguments.insert(call.arguments.end(), named.begin(), named.end());
+  std::ranges::copy_if(named, std::back_inserter(call.arguments),
+                       [](const std::string& file) { return !file.empty(); });
   return call;
 }
 

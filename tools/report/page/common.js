@@ -42,11 +42,10 @@ function describeProtocol({ name, duration_s, amplitude_deg, cycles, cycle_s, sa
     `peak, ${cycles} cycle${cycles === 1 ? "" : "s"} of ${compact(cycle_s)} s, sampled at ${compact(sample_rate_hz)} Hz.`;
 }
 
-// The call that made the report, and its inputs.
-function callTexts(call) {
+// The call that made the report, and its inputs. again: how to repeat it.
+function callTexts(call, again = "decid rerun computes its JSON again.") {
   const rows = call.inputs.map(({ file, sha256 }) => element("li", {}, file, " ", element("code", {}, sha256 ?? "no hash")));
-  return [element("p", {}, "Command: ", element("code", {}, call.command), `; protocol \u201c${call.protocol}\u201d. `,
-    "decid rerun computes its JSON again."),
+  return [element("p", {}, "Command: ", element("code", {}, call.command), `; protocol \u201c${call.protocol}\u201d. `, again),
     element("details", {}, element("summary", {}, "SHA-256 of the inputs"), element("ul", {}, ...rows))];
 }
 

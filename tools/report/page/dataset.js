@@ -74,6 +74,6 @@ main.append(element("dl", { class: "figures" },
     `${count(report.children)} of ${count(report.child_attempts)} attempts`)] : [])));
 main.append(element("h3", {}, "Distributions"), distributionTable(), amplitudeFigure(), parameterFigure());
 document.getElementById("footer").append(element("p", {}, "decid ", report.version, ", ",
-  fixed(report.bytes / 1e6, 1), " MB."));
+  fixed(report.bytes / 1e6, 1), " MB, SHA-256 ", element("code", {}, report.sha256), "."), ...callTexts(report.call));
 finish();
 })();

@@ -25,6 +25,6 @@ chart("Velocity", "The simulated platform moves in straight lines between the sa
 chart("Amplitude spectrum", "Amplitude of each harmonic of one cycle, without its mean. Harmonics below a millionth of the largest are not shown.",
   { label: "Line chart: amplitude of the tilt over frequency, both logarithmic", x: { text: "Frequency (Hz)", logarithmic: true },
     y: { text: "Amplitude (\u00b0)", logarithmic: true }, points: stimulus.spectrum });
-document.getElementById("footer").append(element("p", {}, "decid ", stimulus.version, "."));
+document.getElementById("footer").append(element("p", {}, "decid ", stimulus.version, "."), ...callTexts(stimulus.call, ""));
 finish();
 })();

@@ -35,6 +35,6 @@ if (distribution) {
 }
 chart("Learning rate", "Learning rate of the last step of each epoch.", `Line chart: learning rate, ${compact(last.rate)} in the end`, "Rate",
   [{ key: "rate", name: "Learning rate" }]);
-document.getElementById("footer").append(element("p", {}, "decid ", report.version, "."));
+document.getElementById("footer").append(element("p", {}, "decid ", report.version, "."), ...callTexts(report.call));
 finish();
 })();

@@ -22,6 +22,8 @@
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/ranks.hpp"
+#include "tools/decid/results/results.hpp"
+#include "tools/report/json/recording_json.hpp"
 #include "tools/report/training_page.hpp"
 
 namespace decid::tools {
@@ -73,7 +75,9 @@ std::optional<FinishedTraining> begun(const TrainFiles& files, TrainingRequest r
 }
 
 void print_summary(const TrainOptions& options, const Model& model) {
-  Json json{{"model", options.output}, {"weights_sha256", nn::weights_sha256(model.network)}};
+  Json json{{"model", options.output},
+            {"weights_sha256", nn::weights_sha256(model.network)},
+            {"protocol", model.protocol.name}};
   if (!model.log.empty()) {
     const EpochLog& kept = kept_epoch(model.log, options.patience);
     json.update(Json{{"epochs", model.log.size()},
@@ -82,6 +86,9 @@ void print_summary(const TrainOptions& options, const Model& model) {
                      {"validation_mse", kept.validation_mse},
                      {"validation_matlab_loss", matlab_factor(model) * kept.validation_mse}});
   }
+  for (const Origin::Extension& one : model.origin.extensions)
+    json["extensions"].push_back({{"after", one.after}, {"planned", one.planned}});
+  add_call(json, options.call);
   std::cout << print_json(json) << '\n';
 }
 
@@ -93,7 +100,8 @@ void write_report(const TrainOptions& options, const Model& model, const std::ve
                                             .origin = model.origin,
                                             .log = log,
                                             .distribution = model.gives_distribution(),
-                                            .finished = finished}));
+                                            .finished = finished,
+                                            .call = options.call}));
 }
 
 void say_done(const TrainOptions& options, const Model& model) {
@@ -276,13 +284,15 @@ std::string begin_text(const Preset& preset, const dataset::TrialSource& source,
                 nn::kernels<float>().name);
 }
 
-void train(const TrainOptions& options, const Command& command) {
+void train(TrainOptions options, const Command& command) {
   check_trials(options, command);
   const TrainFiles files(options.output);
   std::vector<std::string> read{options.data, options.architecture_file, options.image_file, options.from};
   const sim::Protocol protocol =
       options.stream ? options.protocol.load(options.common.quiet, &read) : sim::default_protocol();
   if (is_root()) check_files(options, read);
+  if (is_root() && (options.common.json || !options.report.empty())) options.call = record_call(command, read);
+  options.call.seed = options.seed;
   TrainingSettings settings = settings_from(options);
   settings.ranks = ranks();
   std::optional<OutputLock> lock;

@@ -82,10 +82,14 @@ void add_train_options(const Command& command, TrainOptions& options) {
                      "Start with the weights and scalings of this model file, which has the same architecture, head "
                      "and network input");
   command.section("Output");
-  command.add_flag("--resume", options.resume,
-                   "Continue a stopped training, or a finished one with more --epochs; fails if there is none");
-  command.add_flag("--stop-at-usr1", options.usr1,
-                   "Also stop with a checkpoint at SIGUSR1, which a cluster may send before the time limit");
+  command
+      .add_flag("--resume", options.resume,
+                "Continue a stopped training, or a finished one with more --epochs; fails if there is none")
+      .unrecorded();  // the JSON has the extensions to more epochs
+  command
+      .add_flag("--stop-at-usr1", options.usr1,
+                "Also stop with a checkpoint at SIGUSR1, which a cluster may send before the time limit")
+      .unrecorded();
   add_output_option(command, "--report", options.report, Written::html,
                     "Update this HTML page after each epoch: training and validation error");
   add_output_option(

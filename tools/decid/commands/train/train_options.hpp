@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "identify/result.hpp"
 #include "identify/training/training.hpp"
 #include "tools/decid/command.hpp"
 
@@ -23,6 +24,7 @@ struct TrainOptions {
   std::optional<double> learning_rate, momentum, weight_decay;
   double average = 0;
   std::optional<std::string> schedule;
+  Call call = {};  ///< for the JSON and the page, from the options above
 };
 
 /// Adds the options, which stay at `options` until the command has run.
