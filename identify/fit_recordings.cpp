@@ -28,20 +28,25 @@ constexpr double start_edge_probability = 0.05;            // of the start's pri
 constexpr double other_start_tolerance_s = 0.7;            // to which the response shows a start
 constexpr double delay_step_s = 0.005, max_start_s = 1.0;  // of the start's prior behind a low-pass
 
-/// Returns the simulator of trials that explain and check a recording. As in the density, the body stands before the
-/// first sample, and the platform moves there or rests. It rests if no cycle can be simulated there: behind a lead-in,
-/// or if the cycle does not end as it begins.
-sim::Simulator simulator_before(sim::Protocol protocol, double standing_s, bool moved_before) {
+/// The simulator of trials that explain and check a recording. As in the density, the body stands before the first
+/// sample, and the platform moves there or rests.
+struct CheckSimulator {
+  sim::Simulator simulator;
+  /// The platform should move there and rests, because no cycle can be simulated there: the reason. protocol.hpp says
+  /// for which protocols.
+  std::string why_rests = {};
+};
+
+CheckSimulator simulator_before(sim::Protocol protocol, double standing_s, bool moved_before) {
   if (protocol.standing_s == 0.0) protocol.standing_s = standing_s;
-  if (moved_before) {
-    sim::Protocol moved = protocol;
-    moved.moved_before = true;
-    try {
-      return sim::Simulator(moved);
-    } catch (const Error&) {  // protocol.hpp says which have no cycle before
-    }
+  if (!moved_before) return {sim::Simulator(std::move(protocol))};
+  sim::Protocol moved = protocol;
+  moved.moved_before = true;
+  try {
+    return {sim::Simulator(std::move(moved))};
+  } catch (const Error& error) {
+    return {sim::Simulator(std::move(protocol)), error.problem()};
   }
-  return sim::Simulator(std::move(protocol));
 }
 
 /// Returns the trial as it was before a low-pass, with its gaps widened; the trial itself if that is unknown.
@@ -82,9 +87,12 @@ class Fitter::Plan {
     /// Trials that explain and check a recording.
     struct Checks {
       Checks(const Density& density, bool moved_before)
-          : explainer(simulator_before(density.protocol(), density.priors().standing_s, moved_before)),
-            checker(explainer.simulator(), density.block_s()) {}
+          : Checks(simulator_before(density.protocol(), density.priors().standing_s, moved_before), density.block_s()) {
+      }
+      Checks(const CheckSimulator& of, double block_s)
+          : why_rests(of.why_rests), explainer(of.simulator), checker(of.simulator, block_s) {}
 
+      std::string why_rests;
       Explainer explainer;
       PredictiveChecker checker;
     };
@@ -188,6 +196,11 @@ Fitter::Prepared Fitter::prepare(RecordingResult& result) {
     add_caution(
         result.warnings, "moved_before",
         setting("moved_before") + " contradicts the measured tilt, which rested before the start; decid uses the tilt");
+  if (const std::string& why = plan_->own.checks_for(moved).why_rests; !why.empty())
+    add_caution(result.warnings, "moved_before",
+                "the platform moved before the start, but rests there in the trials that explain and check this fit, "
+                "because no cycle can be simulated before this protocol: " +
+                    why);
   const Density& density = plan_->own.density_for(trial, moved);
   posterior::Observation observation = density.observe(trial.sway_rad(), trial.gaps);
   return {std::move(trial), moved, &density, std::move(observation)};

@@ -51,8 +51,9 @@ struct Priors {
   double drift_hz = 0.03;  ///< the white noise rises below this
   /// The body has stood and swayed this long before the protocol's start; at most 60; 0: it begins at rest.
   double standing_s = 10.0;
-  bool moved_before = false;  ///< the platform played the cycle's end before the protocol's start, also if the protocol
-                              ///< says so; else it rested
+  /// The platform played the cycle's end before the protocol's start, also if the protocol says so; else it rested. A
+  /// lead-in is rest: with one this has no effect.
+  bool moved_before = false;
   std::vector<ParameterPrior> parameters = {};
 };
 

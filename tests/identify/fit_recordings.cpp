@@ -220,6 +220,30 @@ TEST_CASE("trials that explain and check a recording have a platform that moved 
   CHECK(fitted(moved, asked, false) == fitted(protocol, request, false));
 }
 
+TEST_CASE("a platform that moved before a protocol for which no cycle can be simulated there is a caution") {
+  const auto cautions = [](const sim::Protocol& protocol, bool moved) {
+    FitRequest request;
+    request.settings = quick();
+    request.settings.max_leapfrog_steps = 8;
+    RecordingResult result;
+    result.trial = recording::make_trial(recorded(protocol, some_parameters(), 0.02, 0));
+    result.trial.tilt = recording::TiltMatch{.moved_before = moved};
+    Fitter fitter(nullptr, protocol, {}, request);
+    CHECK(fitter.fit(std::span(&result, 1)));
+    REQUIRE(!result.error);
+    CHECK((result.explanation.fitted_rad.front() != 0.0F) == (moved && protocol.experiment.lead_in_s() == 0.0));
+    return std::ranges::count_if(result.warnings, [](const Warning& one) {
+      return one.code == "moved_before" && one.severity == Severity::caution;
+    });
+  };
+  sim::Protocol late = sines_protocol();
+  std::get<sim::Sines>(late.experiment.stimulus).lead_in_s = 1.0;
+  late.noise.vestibular.period_s = 0.0;
+  CHECK(cautions(sines_protocol(), true) == 0);
+  CHECK(cautions(late, false) == 0);
+  CHECK(cautions(late, true) == 1);
+}
+
 TEST_CASE("a recording with an oscillation that the draws do not have is a caution") {
   const std::vector<float> sway = recorded(sines_protocol(), some_parameters(), 0.02, 0);
   std::vector<RecordingResult> read(2);
