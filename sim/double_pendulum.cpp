@@ -88,7 +88,7 @@ DoubleSimulator::DoubleSimulator(Protocol protocol)
       segments_(make_segments(make_participant(protocol_.experiment.body))),
       stimulus_(make_stimulus(protocol_.experiment)),
       samples_(protocol_.samples()),
-      whole_(protocol_.with_standing()),
+      whole_(protocol_.with_time_before()),
       whole_stimulus_(make_stimulus(whole_.experiment)),
       noise_maker_(whole_) {}
 

@@ -27,7 +27,7 @@ std::size_t Outcome::samples(double rate_hz) const {
 struct Simulator::Core {
   Core(Protocol of_trial, Isa isa)
       : protocol(checked(std::move(of_trial))),
-        setup(protocol.with_standing(), isa),
+        setup(protocol.with_time_before(), isa),
         samples(protocol.samples()),
         standing(setup.samples - samples) {
     if (standing > 0) own_stimulus = make_stimulus(protocol.experiment);

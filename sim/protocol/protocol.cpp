@@ -56,7 +56,7 @@ void validate_cycle_before(const Checker& check, const Protocol& protocol) {
     check.fail("moved_before", "is true, and lead_in_s is " + setting_text(protocol.experiment.lead_in_s()),
                "give a lead_in_s of 0: the platform rests during it");
   check.whole_samples("moved_before: the cycle", protocol.experiment.cycle_s(), protocol.experiment.sample_rate_hz);
-  const Experiment whole = protocol.with_standing().experiment;
+  const Experiment whole = protocol.with_time_before().experiment;
   whole.validate(protocol.name + ", moved_before");
   whole.refuse_implausible(protocol.name + ", moved_before");
 }
@@ -66,7 +66,7 @@ void validate_standing(const Checker& check, const Protocol& protocol) {
   check.within("standing_s", protocol.standing_s, 0.0, longest_standing_s);
   check.whole_samples("standing_s", protocol.standing_s, protocol.experiment.sample_rate_hz);
   if (protocol.moved_before) validate_cycle_before(check, protocol);
-  const Protocol whole = protocol.with_standing();
+  const Protocol whole = protocol.with_time_before();
   if (whole.samples() == protocol.samples()) return;
   static_cast<void>(noise_band(whole));
   const int largest = max_prime_factor(whole.noise_period_samples());
@@ -118,7 +118,7 @@ Protocol Protocol::from_rest() const {
   return same;
 }
 
-Protocol Protocol::with_standing() const {
+Protocol Protocol::with_time_before() const {
   Protocol whole = from_rest();
   if (standing_s == 0.0 && !moved_before) return whole;
   std::visit(

@@ -72,10 +72,10 @@ struct Protocol {
   Protocol ideal() const;
   /// Returns the same protocol with nothing before its trial, which begins at rest, upright.
   Protocol from_rest() const;
-  /// Returns the protocol that is simulated for this one, with the standing as part of its lead-in, and with one more
-  /// cycle if the platform moved before. Its vestibular noise has this protocol's period if that is long enough, else
-  /// twice its own length.
-  Protocol with_standing() const;
+  /// Returns the protocol that is simulated for this one: the time before its trial is a part of it. The standing is in
+  /// its lead-in, and it has one more cycle if the platform moved before. Its vestibular noise has this protocol's
+  /// period if that is long enough, else twice its own length.
+  Protocol with_time_before() const;
   /// Returns the stimulus if it is a sequence; throws Error for other kinds.
   Sequence& sequence();
   const Sequence& sequence() const;

@@ -142,7 +142,7 @@ TEST_CASE("trials that are encoded together have the bits that each has alone") 
 TEST_CASE("streamed bodies that stood before: trials of the same protocol with a longer lead-in, cut") {
   sim::Protocol protocol = tiny_protocol(), longer = protocol;
   protocol.standing_s = 4.0;
-  longer.noise.vestibular.period_s = protocol.with_standing().noise_period_s();
+  longer.noise.vestibular.period_s = protocol.with_time_before().noise_period_s();
   longer.sequence().lead_in_s += 4.0;
   constexpr int count = 20;
   std::vector<int> indices(count);

@@ -113,16 +113,16 @@ TEST_CASE("Protocol: standing") {
   CHECK(protocol.ideal().standing_s == 10.0);
   CHECK(protocol.experiment == Protocol{}.experiment);
   CHECK(protocol.duration_s() == 121.0);
-  CHECK(protocol.with_standing().duration_s() == 131.0);
-  CHECK(protocol.with_standing().experiment.lead_in_s() == 10.0);
-  CHECK(protocol.with_standing().standing_s == 0.0);
+  CHECK(protocol.with_time_before().duration_s() == 131.0);
+  CHECK(protocol.with_time_before().experiment.lead_in_s() == 10.0);
+  CHECK(protocol.with_time_before().standing_s == 0.0);
   Protocol moved = protocol;
   moved.moved_before = true;
   CHECK_NOTHROW(moved.validate());
-  CHECK(moved.with_standing().duration_s() == 191.5);
-  CHECK_FALSE(moved.with_standing().moved_before);
+  CHECK(moved.with_time_before().duration_s() == 191.5);
+  CHECK_FALSE(moved.with_time_before().moved_before);
   CHECK(moved.experiment.duration_s() == 121.0);
-  CHECK(moved.from_rest().with_standing().duration_s() == 121.0);
+  CHECK(moved.from_rest().with_time_before().duration_s() == 121.0);
   CHECK(protocol_from_json(to_json(moved), "p").moved_before);
   CHECK(to_json(protocol).find("moved_before") == std::string::npos);
   moved.sequence().lead_in_s = 1.0;
@@ -133,13 +133,13 @@ TEST_CASE("Protocol: standing") {
   check_error([&] { moved.validate(); }, decid::Code::setting_out_of_range, "moved_before");
 
   // A period that is long enough stays; another is twice what is simulated.
-  CHECK(protocol.with_standing().noise_period_s() == 242.0);
+  CHECK(protocol.with_time_before().noise_period_s() == 242.0);
   protocol.noise.vestibular.period_s = 131.0;
-  CHECK(protocol.with_standing().noise_period_s() == 131.0);
+  CHECK(protocol.with_time_before().noise_period_s() == 131.0);
   protocol.noise.vestibular.period_s = 130.99;
-  CHECK(protocol.with_standing().noise_period_s() == 262.0);
+  CHECK(protocol.with_time_before().noise_period_s() == 262.0);
   protocol.noise.vestibular.period_s = 121.0;
-  CHECK(protocol.with_standing().noise_period_s() == 262.0);
+  CHECK(protocol.with_time_before().noise_period_s() == 262.0);
 
   // Twice what is simulated must be a length that can be transformed: 12,109 is a prime.
   protocol.standing_s = 0.09;
