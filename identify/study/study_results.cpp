@@ -64,14 +64,35 @@ void keep_or_throw(const RecordingPlan& plan, const Error& error, std::optional<
   kept = error;
 }
 
-/// Throws Error unless the model's network covers the experiment of the protocol, except its body.
-void require_protocol_of(const Model& model, const std::string& name, const std::string& protocol) {
-  if (protocol.empty()) return;
-  sim::Experiment asked = recording::load_protocol(protocol).experiment;
-  asked.body = model.protocol.experiment.body;
+/// Returns the body of a setting: the given one, else its protocol's; empty: the model's is assumed. Throws Error
+/// unless the model's network covers the experiment of the protocol, and if that has a body that is not a person's and
+/// not the model's.
+std::optional<sim::Body> body_of(const Model& model, const std::string& name, const RecordingSetting& setting) {
+  if (setting.protocol.empty()) return setting.body;
+  sim::Experiment asked = recording::load_protocol(setting.protocol).experiment;
+  const sim::Body own = std::exchange(asked.body, model.protocol.experiment.body);
   if (asked != model.protocol.experiment)
-    throw Error(Code::protocol_mismatch, "protocol " + protocol, "is not the protocol of " + name,
+    throw Error(Code::protocol_mismatch, "protocol " + setting.protocol, "is not the protocol of " + name,
                 "fit these recordings (decid fit), or give a model of this protocol");
+  if (own == model.protocol.experiment.body) return setting.body;
+  if (!sim::is_person(own))
+    throw Error(Code::protocol_mismatch, "protocol " + setting.protocol,
+                "has a body that is not a person's, m g h " + sim::mgh_text(own.mgh()) +
+                    " N m/rad, which the network of " + name + " does not know",
+                "fit these recordings (decid fit), without a weight and a height, or give a model of this body");
+  if (setting.body || own == sim::Body{}) return setting.body;
+  return own;
+}
+
+/// Throws Error if a person's body would replace another one of a sheet's protocol.
+void refuse_person_of_sheet(const sim::Body& body, const sim::Protocol& its_own) {
+  try {
+    sim::refuse_person(body, its_own, "protocol " + its_own.name);
+  } catch (const Error& error) {
+    throw Error(error.code(), error.where(), error.problem(),
+                "leave weight and height out of this recording's lines; if the call gives the person's body, or a "
+                "protocol that has one, fit recordings of people in a call of their own");
+  }
 }
 
 /// Sets the controller of a sheet's protocol to the call's. Throws Error if it names one that the call does not fit.
@@ -124,8 +145,7 @@ PlanIdentifier::PlanIdentifier(const Model& model, const std::string& name, cons
   for (std::size_t k = 0; k < plan.settings.size(); ++k) {
     bodies_.push_back(for_body(model, name, {}));
     try {
-      bodies_[k] = for_body(model, name, plan.settings[k].body);
-      require_protocol_of(model, name, plan.settings[k].protocol);
+      bodies_[k] = for_body(model, name, body_of(model, name, plan.settings[k]));
     } catch (const Error& error) {
       keep_or_throw(plan, error, errors_[k]);
     }
@@ -175,7 +195,8 @@ PlanFitter::PlanFitter(const Model* model, const sim::Protocol& protocol, const 
       sim::Protocol its_own = setting.protocol.empty() ? protocol : recording::load_protocol(setting.protocol, files);
       use_controller(its_own, protocol, request);
       std::optional<sim::Body> body = setting.body;
-      if (body) sim::refuse_person(*body, its_own, "protocol " + its_own.name);
+      if (body && setting.protocol.empty()) sim::refuse_person(*body, its_own, "protocol " + its_own.name);
+      if (body && !setting.protocol.empty()) refuse_person_of_sheet(*body, its_own);
       // A body that is not a person's is of the call's protocol: the line's own protocol may describe another one.
       if ((!body || !sim::is_person(*body)) && !setting.protocol.empty() && its_own.experiment.body != sim::Body{})
         body = its_own.experiment.body;

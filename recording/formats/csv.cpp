@@ -68,8 +68,8 @@ std::string without_empty_end(std::string text) {
 }  // namespace
 
 CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_lines, const std::string& section,
-                   Warnings warnings)
-    : where_(std::move(where)), warnings_(std::move(warnings)) {
+                   Warnings warnings, bool is_sheet)
+    : where_(std::move(where)), is_sheet_(is_sheet), warnings_(std::move(warnings)) {
   if (skip_lines && *skip_lines < 0)
     throw Error(Code::setting_out_of_range, setting("skip_lines"), "is " + std::to_string(*skip_lines),
                 "give 0 or more");
@@ -222,8 +222,8 @@ void CsvTable::refuse_sections(std::string_view line, std::size_t line_number) c
               "other lines follow the table, from line " + std::to_string(line_number) + " on: '" +
                   std::string(line.substr(0, 40)) + "'",
               is_left_out ? setting("section") + " 1 reads only the table; or delete these lines"
-                          : "delete these lines, put # before them, or give " + setting("skip_lines") +
-                                " N if the table begins below");
+                          : "delete these lines, " + std::string(is_sheet_ ? "" : "put # before them, ") + "or give " +
+                                setting("skip_lines") + " N if the table begins below");
 }
 
 /// Returns true if the last line of the file lacks cells, or part of its last number.
@@ -266,12 +266,13 @@ std::string_view CsvTable::cell(std::size_t row, std::size_t column) const {
 void CsvTable::check_row(const std::vector<std::string_view>& cells, std::size_t line_number) const {
   const bool ends_in_separator = cells.size() == names_.size() + 1 && cells.back().empty();
   if (cells.size() == names_.size() || ends_in_separator) return;
-  throw Error(Code::table_unclear, where_,
-              "line " + std::to_string(line_number) + " has " + counted(std::ssize(cells), "column") +
-                  "; the lines before it have " + std::to_string(names_.size()) + " (between " +
-                  separators_called(separator_) + ", as in its first lines)",
-              "correct the line, put # before lines that are not data, or give " + setting("skip_lines") +
-                  " N if the table begins below");
+  throw Error(
+      Code::table_unclear, where_,
+      "line " + std::to_string(line_number) + " has " + counted(std::ssize(cells), "column") +
+          "; the lines before it have " + std::to_string(names_.size()) +
+          (is_sheet_ ? "" : std::string(" (between ") + separators_called(separator_) + ", as in its first lines)"),
+      "correct the line, " + how_to_leave_out() + ", or give " + setting("skip_lines") +
+          " N if the table begins below");
 }
 
 void CsvTable::check_columns(std::size_t count) const {
@@ -345,7 +346,27 @@ double CsvTable::finite(const Parsed& parsed, std::string_view cell, int column,
   if (missing == Missing::kept && is_missing(cell)) return std::numeric_limits<double>::quiet_NaN();
   throw Error(is_missing(cell) ? Code::value_missing : Code::value_invalid, where_,
               locate(row) + ", " + names_[static_cast<std::size_t>(column)] + ": " + shown(cell),
-              is_missing(cell) ? remedy_for_missing : "correct the cell, or put # before lines that are not data");
+              is_missing(cell) ? remedy_for_missing : remedy_for_text(row));
+}
+
+/// Returns the advice about lines that are not data.
+std::string CsvTable::how_to_leave_out() const {
+  return is_sheet_ ? "delete rows that are not data" : "put # before lines that are not data";
+}
+
+/// Returns the advice about a cell that is a text. Rows without any number below the names are a second header, or a
+/// note.
+std::string CsvTable::remedy_for_text(std::size_t row) const {
+  std::vector<std::string_view> cells;
+  std::size_t without_numbers = 0;
+  for (; has_header_ && without_numbers < rows_.size(); ++without_numbers) {
+    split(rows_[without_numbers], separator_, cells);
+    if (std::ranges::any_of(cells, is_value)) break;
+  }
+  if (row >= without_numbers) return "correct the cell, or " + how_to_leave_out();
+  const std::size_t above = line_of(without_numbers - 1) - 1;
+  return "if it is a second header, delete one of the two, or give " + setting("skip_lines") + " " +
+         std::to_string(above) + " to leave out the lines above it; if not, " + how_to_leave_out();
 }
 
 /// Returns true if another column has decimal points in its first rows.
@@ -461,12 +482,16 @@ void CsvTable::describe(std::vector<std::string> names, std::vector<StatedRate> 
 }
 
 std::string CsvTable::locate(std::size_t row) const {
+  return "line " + std::to_string(line_of(row));
+}
+
+std::size_t CsvTable::line_of(std::size_t row) const {
   std::size_t found = 0;
   for_every_line(text_, [&](std::string_view line, std::size_t line_number) {
     found = line_number;
     return line.data() + line.size() < rows_[row].data();
   });
-  return "line " + std::to_string(found);
+  return found;
 }
 
 }  // namespace decid::recording

@@ -27,10 +27,11 @@ class CsvTable final : public Table {
  public:
   /// Reads a table. `where` names the file. `skip_lines`: the number of lines above the table; empty: decid finds it.
   /// `section`: one of several tables (sections.hpp); empty: the only one. `warnings`: warnings of earlier steps.
+  /// `is_sheet`: the text is a workbook's sheet, which errors tell how to edit.
   /// Throws Error for a negative `skip_lines`, without lines of data, for rows of different length, and for too many
   /// rows or columns.
   CsvTable(std::string text, std::string where, std::optional<int> skip_lines = {}, const std::string& section = {},
-           Warnings warnings = {});
+           Warnings warnings = {}, bool is_sheet = false);
 
   std::size_t rows(int) const override { return rows_.size(); }
   bool has_header() const override { return has_header_; }
@@ -77,6 +78,9 @@ class CsvTable final : public Table {
   void add_nanoseconds(int column, std::vector<double>& seconds) const;
   bool has_points_beside(int column) const;
   double finite(const Parsed& parsed, std::string_view cell, int column, std::size_t row, Missing missing) const;
+  std::size_t line_of(std::size_t row) const;
+  std::string how_to_leave_out() const;
+  std::string remedy_for_text(std::size_t row) const;
 
   /// A cell's place in its row.
   struct Place {
@@ -84,6 +88,7 @@ class CsvTable final : public Table {
   };
 
   std::string text_, where_;
+  bool is_sheet_ = false;
   bool ends_in_line_ = false;  ///< the text lacks a line end at its end
   std::size_t cut_line_ = 0;
   Warnings warnings_;

@@ -59,7 +59,7 @@ std::unique_ptr<Table> read_sheet(const std::string& bytes, const std::string& w
                  " of the workbook; " + setting("section") + " names another one");
   try {
     return std::make_unique<CsvTable>(std::move(sheet.text), where, skip_lines, is_named ? std::string() : section,
-                                      std::move(warnings));
+                                      std::move(warnings), true);
   } catch (const Error& error) {
     if (section.empty() || is_named || names.size() == 1) throw;
     throw Error(error.code(), error.where(),

@@ -92,6 +92,46 @@ TEST_CASE("PlanFitter: a person's body does not replace a robot's, of the sheet'
   CHECK(report.other_settings[0].protocol.experiment.body == of_other.experiment.body);
 }
 
+TEST_CASE("PlanFitter: a person's body of the call, and a robot's of a line: the remedy is a call of their own") {
+  const TemporaryFolder folder;
+  write_text(folder / "robot.json", R"({"body": {"mass_kg": 60, "com_height_m": 0.8, "inertia_kgm2": 42}})");
+  const std::string sheet = "participant_id\tfile\tprotocol\nA\ta.csv\trobot.json\nB\tb.csv\t\n";
+  ReadOptions reading;  // as of --mass and --height, or of a protocol with a person's body
+  reading.body = sim::body_of_participant({.mass_kg = 60.0, .height_m = 1.65});
+  const std::vector<RecordingSource> sources{{folder / "a.csv"}, {folder / "b.csv"}};
+  const RecordingPlan plan =
+      make_plan(read_sheet(write_text(folder / "s.tsv", sheet)), sources, Choice::by_sheet, reading);
+  const std::vector<std::size_t> places{0};
+  const std::optional<Error> error = PlanFitter(nullptr, sim::default_protocol(), plan, {}).read(places)[0].error;
+  check_has(error, Code::setting_conflict, "s.tsv, line 2: protocol robot");
+  CHECK(contains(error->remedy(), "call of their own"));
+}
+
+TEST_CASE("PlanIdentifier: the body of a line's protocol: a person's counts, a robot's is not the network's") {
+  const TemporaryFolder folder;
+  write_text(folder / "robot.json", R"({"body": {"mass_kg": 60, "com_height_m": 0.8, "inertia_kgm2": 42}})");
+  write_text(folder / "person.json", R"({"body": {"participant": {"mass_kg": 60, "height_m": 1.65}}})");
+  const std::string sheet =
+      "participant_id\tfile\tweight\theight\tprotocol\nA\ta.csv\t\t\trobot.json\nB\tb.csv\t\t\tperson.json\n"
+      "C\tc.csv\t70\t1.75\tperson.json\nD\td.csv\t70\t1.75\trobot.json\nE\te.csv\t\t\tdefault\n";
+  const RecordingPlan plan =
+      plan_of_text(folder, sheet, {"a.csv", "b.csv", "c.csv", "d.csv", "e.csv"}, Choice::by_sheet);
+  const Model model = model_or_built_in("");
+  PlanIdentifier identifier(model, "built-in", plan, 1);
+  const std::vector<std::size_t> robots{0, 3};
+  const std::vector<RecordingResult> refused = identifier.identify(robots);
+  check_has(refused[0].error, Code::protocol_mismatch, "participants.tsv, line 2: protocol ");
+  check_has(refused[1].error, Code::protocol_mismatch, "participants.tsv, line 5: protocol ");
+  CHECK(contains(refused[0].error->remedy(), "decid fit"));
+  const Report report = identifier.report();
+  REQUIRE(report.other_settings.size() == 4);
+  const auto body_of = [&](std::size_t k) { return report.other_settings[k - 1].protocol.experiment.body; };
+  CHECK(body_of(1) == sim::body_of_participant({.mass_kg = 60.0, .height_m = 1.65}));
+  CHECK_FALSE(report.other_settings[0].body_assumed);
+  CHECK(body_of(2) == sim::body_of_participant({.mass_kg = 70.0, .height_m = 1.75}));
+  CHECK(report.other_settings[3].body_assumed);
+}
+
 TEST_CASE("PlanFitter: a parameter that is fixed by convention is not compared, also if the sheet's first line fails") {
   const TemporaryFolder folder;
   const std::string sheet = "participant_id\tfile\tprotocol\nA\ta.csv\tnone.json\nB\tb.csv\t\n";

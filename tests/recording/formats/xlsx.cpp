@@ -7,6 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/setting.hpp"
+#include "base/text.hpp"
+#include "recording/formats/csv.hpp"
 #include "recording/formats/detail/xml_scanner.hpp"
 #include "recording/formats/detail/zip_member.hpp"
 #include "recording/recording.hpp"
@@ -155,6 +158,51 @@ TEST_CASE("XLSX: true and false are words; a first sheet without a table names t
       R"(<Relationship Id="r9" Target="worksheets/sheet2.xml" Type="x/worksheet"/></Relationships>)";
   parts["xl/worksheets/sheet2.xml"] = "<worksheet><sheetData>" + rows + "</sheetData></worksheet>";
   check_error([&] { read(zip(parts)); }, Code::file_empty, "'Notes'");
+}
+
+namespace {
+
+/// A sheet of rows of words, and 1, 2, 3 degrees below them.
+std::string sheet_below(const std::vector<std::vector<std::string>>& header, double first_time = 0.0,
+                        double step = 0.01) {
+  std::string rows;
+  for (const std::vector<std::string>& names : header) {
+    rows += "<row>";
+    for (const std::string& name : names) rows += "<c t='str'><v>" + name + "</v></c>";
+    rows += "</row>";
+  }
+  for (int k = 0; k < 3; ++k)
+    rows += format("<row><c><v>%.17g</v></c><c><v>%d</v></c></row>", first_time + k * step, k + 1);
+  return workbook(rows);
+}
+
+}  // namespace
+
+TEST_CASE("XLSX: a second header is refused with the option that reads it") {
+  const std::string bytes = sheet_below({{"Zeit", "Schwankung"}, {"Time", "Sway"}});
+  const Error error = error_of([&] { read(bytes); });
+  CHECK(error.code() == Code::value_invalid);
+  CHECK(contains(error.problem(), "line 2, Schwankung: 'Sway'"));
+  CHECK(contains(error.remedy(), setting("skip_lines") + " 1 "));
+  CHECK_FALSE(contains(error.remedy(), "#"));
+  const Recording recording = read(bytes, {.skip_lines = 1});
+  CHECK(recording.signals.at(com_sway).column == "Sway");
+  CHECK(recording.signals.at(com_sway).rad.size() == 3);
+  // Below them all; and a word elsewhere is a cell to correct.
+  CHECK(contains(error_of([&] {
+                   read(sheet_below({{"Zeit", "Sway"}, {"Time", "Sway"}, {"t", "COM"}}));
+                 }).remedy(),
+                 setting("skip_lines") + " 2 "));
+  const auto text = [](const char* rows) { return [rows] { CsvTable(rows, "r.csv").numbers(1); }; };
+  CHECK(contains(error_of(text("Zeit,Sway\nTime,COM\n0,1\n0.01,2\n")).remedy(), setting("skip_lines") + " 1 "));
+  CHECK_FALSE(contains(error_of(text("Zeit,Sway\n0,1\n0.01,off\n")).remedy(), setting("skip_lines")));
+}
+
+TEST_CASE("XLSX: Unix times are in the unit that their size shows, as in CSV") {
+  for (const double per_s : {1.0, 1e3, 1e6, 1e9}) {
+    const Recording recording = read(sheet_below({{"timestamp", "sway_deg"}}, 1732876342.0 * per_s, 0.01 * per_s));
+    CHECK(recording.rate_hz == 100.0);
+  }
 }
 
 TEST_CASE("XLSX: stored and deflated archives, and bounds of their sizes") {

@@ -99,6 +99,28 @@ class Mat73 {
   mat_t* file_;
 };
 
+/// Writes a file of sway k / 8 degrees, k = 1..20, with times of this unit from November 2024 on.
+void write_unix_times(const std::filesystem::path& path, mat_ft version, matio_compression compression, double per_s,
+                      bool whole) {
+  std::vector<double> time, sway;
+  std::vector<std::int64_t> counts;
+  for (int k = 0; k < 20; ++k) {
+    time.push_back((1732876342.0 + k / 50.0) * per_s);
+    counts.push_back(static_cast<std::int64_t>(1732876342.0 * per_s) + static_cast<std::int64_t>(k * per_s / 50.0));
+    sway.push_back((k + 1) / 8.0);
+  }
+  std::size_t size[] = {20, 1};
+  mat_t* file = Mat_CreateVer(path.c_str(), nullptr, version);
+  REQUIRE(file != nullptr);
+  for (matvar_t* variable : {whole ? Mat_VarCreate("time", MAT_C_INT64, MAT_T_INT64, 2, size, counts.data(), 0)
+                                   : Mat_VarCreate("time", MAT_C_DOUBLE, MAT_T_DOUBLE, 2, size, time.data(), 0),
+                             Mat_VarCreate("COM_x", MAT_C_DOUBLE, MAT_T_DOUBLE, 2, size, sway.data(), 0)}) {
+    REQUIRE(Mat_VarWrite(file, variable, compression) == 0);
+    Mat_VarFree(variable);
+  }
+  Mat_Close(file);
+}
+
 /// A column: `first`, first + 1, ... as T.
 template <class T>
 matvar_t* column_of(const char* name, matio_classes kind, matio_types type, int first) {
@@ -121,6 +143,24 @@ void check_class(const std::filesystem::path& path, matio_classes kind, matio_ty
 }
 
 }  // namespace
+
+TEST_CASE("Unix times are in the unit that their size shows, as in CSV: versions 5, 7 and 7.3") {
+  const TemporaryFolder folder;
+  for (const double per_s : {1.0, 1e3, 1e6, 1e9}) {
+    for (const bool whole : {false, true}) {
+      if (whole && per_s == 1.0) continue;
+      CAPTURE(per_s);
+      CAPTURE(whole);
+      const auto check = [&](const char* name, mat_ft version, matio_compression compression) {
+        write_unix_times(folder / name, version, compression, per_s, whole);
+        check_made(read_recording(folder / name, {}));
+      };
+      check("v5.mat", MAT_FT_MAT5, MAT_COMPRESSION_NONE);
+      check("v7.mat", MAT_FT_MAT5, MAT_COMPRESSION_ZLIB);
+      check("v73.mat", MAT_FT_MAT73, MAT_COMPRESSION_NONE);
+    }
+  }
+}
 
 TEST_CASE("version 7.3: numbers of every class") {
   const TemporaryFolder folder;
