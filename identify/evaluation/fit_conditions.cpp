@@ -87,7 +87,7 @@ FitConditionFigures fit_condition(const Model& model, const sim::Protocol& proto
   if (!Fitter(&model, protocol, {}, request).fit(fitted, progress)) return row;
   const sim::ParameterTable ranges = protocol.ranges();
   row.trials = static_cast<int>(fitted.size());
-  std::vector<CalibratedTrial> answers;
+  std::vector<CalibratedTrial> answers, usable;
   for (std::size_t i = 0; i < fitted.size(); ++i) {
     const RecordingResult& id = fitted[i];
     if (id.error) throw Error(*id.error);
@@ -97,6 +97,7 @@ FitConditionFigures fit_condition(const Model& model, const sim::Protocol& proto
       answers.push_back(from_network ? calibrate(made.truth[i], *id.estimate.distribution)
                                      : calibrate(made.truth[i], std::span(&fit.posterior, 1), ranges));
       answers.back().network = fit.network;
+      if (id.trust() == Trust::usable) usable.push_back(answers.back());
     }
     row.from_network += from_network ? 1 : 0;
     count_trust(id, !answers.empty() && furthest(answers.back()) > far_off_sd, row);
@@ -105,6 +106,7 @@ FitConditionFigures fit_condition(const Model& model, const sim::Protocol& proto
   }
   if (answers.empty()) return row;
   row.figures = compute_calibration(answers, uniform_stddev(ranges));
+  if (!usable.empty()) row.usable_figures = compute_calibration(usable, uniform_stddev(ranges));
   return row;
 }
 

@@ -32,6 +32,7 @@ struct FitConditionFigures {
   /// Calibration of the estimates that users get: from the posterior, or from the network if the chains disagree; empty
   /// where no parameters are true.
   std::optional<Calibration> figures;
+  std::optional<Calibration> usable_figures;  ///< over the usable trials; empty without one
   int trials = 0;
   int usable = 0, caution = 0, not_usable = 0;  ///< trials by their trust
   int usable_far_off = 0;  ///< usable answers with a parameter further than 5 standard deviations from the truth

@@ -50,6 +50,9 @@ void check_verdicts(const std::set<std::pair<std::string, double>>& chosen) {
   for (const FitConditionFigures& row : found) {
     REQUIRE(row.trials == 1);
     usable += row.usable;
+    // One trial: the figures of the usable ones are its own, or none.
+    CHECK(row.usable_figures.has_value() == (row.usable == 1 && row.figures));
+    if (row.usable_figures) CHECK(row.usable_figures->all.mse == row.figures->all.mse);
     not_usable += row.not_usable;
     far_off += row.usable_far_off;
   }
@@ -100,6 +103,7 @@ TEST_CASE("fits of recordings with an offset are as good as without" * doctest::
   CHECK(found.trials == 2);
   CHECK(found.usable + found.caution + found.not_usable == 2);
   CHECK(found.usable_far_off == 0);
+  CHECK((found.usable_figures ? found.usable_figures->trials : 0) == found.usable);
   CHECK(found.figures->all.mse < 0.5);
   CHECK(found.figures->all.coverage90 > 0.5);
 }

@@ -269,6 +269,8 @@ TEST_CASE("rows of calibrate's tables are read back as they were written, unknow
   figures.all = {.mse = 0.1, .predicted_variance = 0.2, .network_mse = std::numeric_limits<double>::quiet_NaN()};
   figures.parameters.assign(parameters.size(), figures.all);
   figures.parameters[2].coverage90 = 0.25;
+  known.usable_figures = figures;
+  known.usable_figures->trials = 1;
   unknown.fault.name = "double_pendulum";
   const std::string written = rows_json({known, unknown}, parameters).dump();
   const std::vector<FitConditionFigures> read = rows_from_json(Json::parse(written), parameters);
@@ -277,7 +279,12 @@ TEST_CASE("rows of calibrate's tables are read back as they were written, unknow
   CHECK(read[0].figures->parameters[2].coverage90 == 0.25);
   CHECK(std::isnan(read[0].figures->all.network_mse));
   CHECK(read[0].codes == known.codes);
+  CHECK(read[0].usable_figures->trials == 1);
   CHECK(!read[1].figures);
+  CHECK(!read[1].usable_figures);
+  Json earlier = Json::parse(written);  // of a version without these figures
+  earlier[0].erase("usable_figures");
+  CHECK(!rows_from_json(earlier, parameters)[0].usable_figures);
 }
 
 }  // namespace decid::tools

@@ -89,6 +89,7 @@ void visit_row(Of& row, const Visit& visit) {
   visit("size", row.fault.size);
   visit("trials", row.trials);
   visit("figures", row.figures);
+  visit("usable_figures", row.usable_figures);
   visit("usable", row.usable);
   visit("caution", row.caution);
   visit("not_usable", row.not_usable);
@@ -116,7 +117,7 @@ struct Reader {
     value = json.at(key).is_null() ? std::numeric_limits<double>::quiet_NaN() : json.at(key).get<double>();
   }
   void operator()(const char* key, std::optional<Calibration>& found) const {
-    const Json& figures = json.at(key);
+    const Json figures = json.value(key, Json(nullptr));  // files of earlier versions lack some
     if (figures.is_null()) return;
     visit_figures(found.emplace(), Reader{figures, table});
     visit_parameter(found->all, Reader{figures.at("all"), table});

@@ -65,7 +65,9 @@ TEST_CASE("calibrate: a table has fit's own priors, except for those that are gi
   const std::string call =
       "calibrate --conditions short --only none --sensor-noise 0.02 --trials 1 --max-draws 8 --quiet --json";
   const decid::posterior::Priors fits;
-  const nlohmann::json own = run_json(call)["settings"];
+  const nlohmann::json table = run_json(call), own = table["settings"], row = table["conditions"][0];
+  // One trial: usable or not.
+  CHECK(row["usable_figures"] == (row["usable"] == 1 ? row["figures"] : nlohmann::json()));
   CHECK(own["prior_start_s"] == fits.start_s);
   CHECK(own["prior_gain"] == fits.gain);
   CHECK(own["standing_s"] == fits.standing_s);

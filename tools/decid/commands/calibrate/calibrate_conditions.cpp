@@ -1,5 +1,6 @@
 // The tables of decid calibrate --conditions and --faults: fits of trials with one recording artefact per row.
 #include <algorithm>
+#include <initializer_list>
 #include <iostream>
 #include <stdexcept>
 
@@ -18,19 +19,24 @@ namespace {
 
 std::string rows_text(const std::vector<FitConditionFigures>& rows) {
   std::string text =
-      "| condition | size | trials | MSE | predicted | network's MSE | coverage of 90% | usable | caution |"
-      " not usable | usable, beyond 5 sd | network's answer | mean s | longest s |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "| condition | size | trials | MSE | predicted | network's MSE | coverage of 90% | usable | MSE of usable |"
+      " predicted of usable | coverage of usable | caution | not usable | usable, beyond 5 sd | network's answer |"
+      " mean s | longest s |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const FitConditionFigures& row : rows) {
-    const auto figure = [&](double ParameterCalibration::*value) {
-      return row.figures ? known_number(row.figures->all.*value, 3) : "-";
-    };
     using Figures = ParameterCalibration;
-    text +=
-        format("| %s | %g | %d | %s | %s | %s | %s | %d | %d | %d | %d | %d | %.1f | %.1f |\n", row.fault.name.c_str(),
-               row.fault.size, row.trials, figure(&Figures::mse).c_str(), figure(&Figures::predicted_variance).c_str(),
-               figure(&Figures::network_mse).c_str(), figure(&Figures::coverage90).c_str(), row.usable, row.caution,
-               row.not_usable, row.usable_far_off, row.from_network, row.mean_s, row.max_s);
+    const auto columns = [](const std::optional<Calibration>& found, std::initializer_list<double Figures::*> values) {
+      std::string all;
+      for (const auto value : values) all += " " + (found ? known_number(found->all.*value, 3) : "-") + " |";
+      return all;
+    };
+    text += format("| %s | %g | %d |", row.fault.name.c_str(), row.fault.size, row.trials) +
+            columns(row.figures,
+                    {&Figures::mse, &Figures::predicted_variance, &Figures::network_mse, &Figures::coverage90}) +
+            format(" %d |", row.usable) +
+            columns(row.usable_figures, {&Figures::mse, &Figures::predicted_variance, &Figures::coverage90}) +
+            format(" %d | %d | %d | %d | %.1f | %.1f |\n", row.caution, row.not_usable, row.usable_far_off,
+                   row.from_network, row.mean_s, row.max_s);
   }
   return text;
 }
