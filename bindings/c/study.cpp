@@ -151,7 +151,7 @@ std::unique_ptr<decid_study> run_study(const decid_model& model, const std::stri
   for (const decid::PlannedRecording& one : plan.recordings) inputs.push_back(one.source.file.string());
   inputs.insert(inputs.end(), {sheet, path_of(model)});
   decid::Report report = asked.is_fit ? fit(model, protocol, plan, asked, freed.names, joint, inputs)
-                                      : decid::identify_plan(model.model, model.name, plan);
+                                      : decid::identify_plan(model.model, model.name, plan, &inputs);
   if (asked.compares()) report.groups = report_groups(std::move(groups), report);
   report.model = model.name;
   report.model_sha256 = model.sha256;

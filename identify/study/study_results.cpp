@@ -67,9 +67,10 @@ void keep_or_throw(const RecordingPlan& plan, const Error& error, std::optional<
 /// Returns the body of a setting: the given one, else its protocol's; empty: the model's is assumed. Throws Error
 /// unless the model's network covers the experiment of the protocol, and if that has a body that is not a person's and
 /// not the model's.
-std::optional<sim::Body> body_of(const Model& model, const std::string& name, const RecordingSetting& setting) {
+std::optional<sim::Body> body_of(const Model& model, const std::string& name, const RecordingSetting& setting,
+                                 std::vector<std::string>* files) {
   if (setting.protocol.empty()) return setting.body;
-  sim::Experiment asked = recording::load_protocol(setting.protocol).experiment;
+  sim::Experiment asked = recording::load_protocol(setting.protocol, files).experiment;
   const sim::Body own = std::exchange(asked.body, model.protocol.experiment.body);
   if (asked != model.protocol.experiment)
     throw Error(Code::protocol_mismatch, "protocol " + setting.protocol, "is not the protocol of " + name,
@@ -140,12 +141,12 @@ Warnings prior_warnings(const FitRequest& request, const sim::ParameterTable& pa
 }  // namespace
 
 PlanIdentifier::PlanIdentifier(const Model& model, const std::string& name, const RecordingPlan& plan,
-                               std::size_t at_once)
+                               std::size_t at_once, std::vector<std::string>* files)
     : model_(model), plan_(plan), at_once_(at_once), errors_(plan.settings.size()) {
   for (std::size_t k = 0; k < plan.settings.size(); ++k) {
     bodies_.push_back(for_body(model, name, {}));
     try {
-      bodies_[k] = for_body(model, name, body_of(model, name, plan.settings[k]));
+      bodies_[k] = for_body(model, name, body_of(model, name, plan.settings[k], files));
     } catch (const Error& error) {
       keep_or_throw(plan, error, errors_[k]);
     }
@@ -260,8 +261,9 @@ void warn_of_same_sway(std::span<RecordingResult> recordings) {
     }
 }
 
-Report identify_plan(const Model& model, const std::string& name, const RecordingPlan& plan) {
-  PlanIdentifier identifier(model, name, plan, plan.recordings.size());
+Report identify_plan(const Model& model, const std::string& name, const RecordingPlan& plan,
+                     std::vector<std::string>* files) {
+  PlanIdentifier identifier(model, name, plan, plan.recordings.size(), files);
   Report report = identifier.report();
   std::vector<std::size_t> places(plan.recordings.size());
   std::iota(places.begin(), places.end(), std::size_t{0});

@@ -16,9 +16,11 @@ namespace decid {
 /// Identifies recordings of a plan. model and plan must outlive it.
 class PlanIdentifier {
  public:
-  /// name: the model's name in errors. at_once: recordings that identify() often gets. A setting that the model does
-  /// not cover is an error of its recordings if the plan has a sheet, and is thrown otherwise.
-  PlanIdentifier(const Model& model, const std::string& name, const RecordingPlan& plan, std::size_t at_once);
+  /// name: the model's name in errors. at_once: recordings that identify() often gets. Loads the settings' protocols,
+  /// for their bodies; `files` receives the names of the files read, unless null. A setting that the model does not
+  /// cover is an error of its recordings if the plan has a sheet, and is thrown otherwise.
+  PlanIdentifier(const Model& model, const std::string& name, const RecordingPlan& plan, std::size_t at_once,
+                 std::vector<std::string>* files = nullptr);
   PlanIdentifier(const PlanIdentifier&) = delete;
   PlanIdentifier& operator=(const PlanIdentifier&) = delete;
   ~PlanIdentifier();
@@ -73,7 +75,8 @@ void set_planned(RecordingResult& result, const PlannedRecording& planned);
 /// copy in a file of another format, or a column or a sheet that is named in two ways.
 void warn_of_same_sway(std::span<RecordingResult> recordings);
 
-/// Identifies all recordings of a plan.
-Report identify_plan(const Model& model, const std::string& name, const RecordingPlan& plan);
+/// Identifies all recordings of a plan. files: receives the names of the protocols' files, unless null.
+Report identify_plan(const Model& model, const std::string& name, const RecordingPlan& plan,
+                     std::vector<std::string>* files = nullptr);
 
 }  // namespace decid

@@ -117,7 +117,9 @@ TEST_CASE("PlanIdentifier: the body of a line's protocol: a person's counts, a r
   const RecordingPlan plan =
       plan_of_text(folder, sheet, {"a.csv", "b.csv", "c.csv", "d.csv", "e.csv"}, Choice::by_sheet);
   const Model model = model_or_built_in("");
-  PlanIdentifier identifier(model, "built-in", plan, 1);
+  std::vector<std::string> files;
+  PlanIdentifier identifier(model, "built-in", plan, 1, &files);
+  CHECK(std::ranges::count(files, (folder / "person.json").string()) == 2);
   const std::vector<std::size_t> robots{0, 3};
   const std::vector<RecordingResult> refused = identifier.identify(robots);
   check_has(refused[0].error, Code::protocol_mismatch, "participants.tsv, line 2: protocol ");

@@ -31,12 +31,14 @@ struct IdentifyOptions {
 };
 
 /// Returns the report of all recordings at rank 0, with the work shared by all ranks; at other ranks a report without
-/// recordings.
-Report identify_all(const IdentifyOptions& options, const Model& model, const RecordingPlan& plan) {
+/// recordings. inputs: receives the names of the protocols' files, and no output may be one of them.
+Report identify_all(const IdentifyOptions& options, const Model& model, const RecordingPlan& plan,
+                    std::vector<std::string>& inputs) {
   const std::size_t count = plan.recordings.size();
   const std::size_t at_once = ranks() == nullptr ? recordings_at_once : recordings_of_rank;
   require_same("the list of recordings", listed(options.recordings.files), "give all hosts the same files");
-  PlanIdentifier identifier(model, model_name(options.model), plan, std::min(count, at_once));
+  PlanIdentifier identifier(model, model_name(options.model), plan, std::min(count, at_once), &inputs);
+  options.outputs.check(inputs);
   Report report = identifier.report();
   report.recordings.resize(is_root() ? count : 0);
   std::vector<std::size_t> order(count);  // recordings of one body one after the other
@@ -78,7 +80,7 @@ void run_identify(IdentifyOptions options, const Command& command) {
   options.outputs.check(inputs);
   const GroupTable groups = read_groups(options.groups, recordings, plan, options.common.quiet);
 
-  Report report = identify_all(options, model, plan);
+  Report report = identify_all(options, model, plan, inputs);
   if (!is_root()) return;
   warn_of_same_sway(report.recordings);
   if (options.groups.given()) report.groups = report_groups(groups, report);
