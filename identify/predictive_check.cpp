@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
@@ -69,7 +70,7 @@ CheckedFigure figure(std::string name, bool in_degrees, double recorded, std::sp
           p_value(recorded, simulated, sides)};
 }
 
-using Responses = std::vector<sim::Complex>;
+using Responses = std::vector<sim::FrfPoint>;
 
 /// The mean over the bands of |response - mean|^2 / variance, mean and variance being those of the simulated trials.
 class ResponseDistance {
@@ -78,22 +79,42 @@ class ResponseDistance {
       : mean_(simulated.front()->size()), variance_(mean_.size(), 0.0) {
     const auto count = static_cast<double>(simulated.size());
     for (std::size_t band = 0; band < mean_.size(); ++band) {
-      for (const Responses* responses : simulated) mean_[band] += (*responses)[band] / count;
+      for (const Responses* responses : simulated) mean_[band] += (*responses)[band].response / count;
       for (const Responses* responses : simulated)
-        variance_[band] += std::norm((*responses)[band] - mean_[band]) / (count - 1.0);
+        variance_[band] += std::norm((*responses)[band].response - mean_[band]) / (count - 1.0);
     }
   }
   double operator()(const Responses& responses) const {
     double sum = 0.0;
     for (std::size_t band = 0; band < mean_.size(); ++band)
-      if (variance_[band] > 0.0) sum += std::norm(responses[band] - mean_[band]) / variance_[band];
+      if (variance_[band] > 0.0) sum += std::norm(responses[band].response - mean_[band]) / variance_[band];
     return sum / static_cast<double>(mean_.size());
   }
 
  private:
-  Responses mean_;
+  std::vector<sim::Complex> mean_;
   std::vector<double> variance_;
 };
+
+double angle_of(sim::Complex value) {
+  return decid::atan2(value.imag(), value.real());
+}
+
+CheckedResponses checked_responses(Responses recorded, std::span<const Responses* const> simulated) {
+  const std::size_t bands = recorded.size();
+  std::vector<double> gains, phases_rad;
+  std::vector<sim::Complex> sums(bands);
+  for (const Responses* responses : simulated)
+    for (std::size_t band = 0; band < bands; ++band) sums[band] += (*responses)[band].response;
+  for (const Responses* responses : simulated)
+    for (std::size_t band = 0; band < bands; ++band) {
+      const sim::Complex response = (*responses)[band].response;
+      gains.push_back(std::sqrt(std::norm(response)));
+      phases_rad.push_back(angle_of(sums[band]) + angle_of(response * std::conj(sums[band])));
+    }
+  return {std::move(recorded), posterior::make_band(gains, static_cast<int>(bands)),
+          posterior::make_band(phases_rad, static_cast<int>(bands))};
+}
 
 }  // namespace
 
@@ -172,8 +193,7 @@ PredictiveChecker::Shown PredictiveChecker::show(std::span<const float> as_recor
     for (std::size_t k = band.first; k < band.end; ++k) power += std::norm(spectrum[k]);
     shown.bands_deg.push_back(std::sqrt(2.0 * power / (window_squares * fft_.length())));
   }
-  if (frf_)
-    for (const sim::FrfPoint& point : frf_->measure(sway_rad, tilt_rad)) shown.responses.push_back(point.response);
+  if (frf_) shown.responses = frf_->measure(sway_rad, tilt_rad);
   shown.between_cycles_deg = between_cycles_deg(sway_rad);
   shown.blocks_rad = block_means(sway_rad, block_samples_);
   double squares = 0.0;
@@ -261,8 +281,13 @@ PredictiveCheck PredictiveChecker::check(std::span<const posterior::State> draws
   check.standing = static_cast<int>(standing.size());
   if (check.standing < min_standing) return check;
   const auto* measured = trial.signals.find(recording::platform_tilt);
-  check.figures =
-      compare(show(with_bridged_gaps(trial.sway_rad(), trial.gaps), measured ? measured->rad : tilt_rad_), standing);
+  Shown recorded = show(with_bridged_gaps(trial.sway_rad(), trial.gaps), measured ? measured->rad : tilt_rad_);
+  check.figures = compare(recorded, standing);
+  if (!recorded.responses.empty()) {
+    std::vector<const Responses*> simulated;
+    for (const Shown& shown : standing) simulated.push_back(&shown.responses);
+    check.responses = checked_responses(std::move(recorded.responses), simulated);
+  }
   std::vector<double> blocks;
   for (const Shown& shown : standing) blocks.insert(blocks.end(), shown.blocks_rad.begin(), shown.blocks_rad.end());
   check.sway_rad = posterior::make_band(blocks, static_cast<int>(standing.front().blocks_rad.size()));

@@ -31,6 +31,13 @@ struct CheckedFigure {
   double p = 1.0;
 };
 
+/// Responses of sway to tilt, band by band (sim/frf.hpp): of the recording and of the simulated trials, measured alike.
+struct CheckedResponses {
+  std::vector<sim::FrfPoint> recorded;
+  posterior::Band gain;       ///< of the simulated trials, 1
+  posterior::Band phase_rad;  ///< of the simulated trials, each within pi of the phase of their mean response
+};
+
 struct PredictiveCheck {
   static constexpr int trials = 400;
   /// A p below this limit means that the recording does not come from the model. For a recording of the model, each
@@ -41,6 +48,7 @@ struct PredictiveCheck {
   int standing = 0;                    ///< trials in which the body did not fall; only these are compared
   std::vector<CheckedFigure> figures;  ///< empty if they are fewer than 200: no p could be below `odd`
   posterior::Band sway_rad;  ///< of the simulated trials, each about its mean, in blocks; empty if fewer than 200 stand
+  CheckedResponses responses;  ///< empty if fewer than 200 stand, and if the stimulus has no response
 
   /// Returns a text that lists the figures below `odd`; empty if there are none.
   std::string warning() const;

@@ -60,8 +60,12 @@ void archive(Archive& a, CheckedFigure& figure) {
   a(figure.name, figure.in_degrees, figure.recorded, figure.low, figure.middle, figure.high, figure.p);
 }
 template <class Archive>
+void archive(Archive& a, CheckedResponses& responses) {
+  a(responses.recorded, responses.gain, responses.phase_rad);
+}
+template <class Archive>
 void archive(Archive& a, PredictiveCheck& check) {
-  a(check.standing, check.figures, check.sway_rad);
+  a(check.standing, check.figures, check.sway_rad, check.responses);
 }
 template <class Archive>
 void archive(Archive& a, ControllerFit& fit) {

@@ -384,7 +384,7 @@ def protocols():
 
 
 def journals():
-    front = b"decid fit journal 5\n"
+    front = b"decid fit journal 6\n"
     return {
         "zeros behind": lambda: front.ljust(SIZE, b"\0"),
         "a length of all": lambda: front + struct.pack("<Q", SIZE - 100) + b"0" * (SIZE - 100),

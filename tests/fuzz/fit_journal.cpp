@@ -9,7 +9,7 @@ using namespace decid;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::InputFile input("fit.json.journal");
   const std::string text(fuzz::to_text(data, size)), settings = "{}";
-  const std::string front = "decid fit journal 5\n" + fuzz::journal_entry(settings);
+  const std::string front = "decid fit journal 6\n" + fuzz::journal_entry(settings);
   for (const std::string& rest : {text, fuzz::journal_entry(text)}) {
     const std::filesystem::path& path = input.write(front + rest);
     fuzz::accepts([&] {

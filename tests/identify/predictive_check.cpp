@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <map>
 
+#include "identify/explanation.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/sines.hpp"
@@ -84,12 +86,19 @@ TEST_CASE("predictive check: p-values of recordings that are the draws' are unif
   constexpr int recordings = 60;
   std::map<std::string, double> sums;
   std::map<std::string, int> low;
-  int warned = 0;
+  int warned = 0, gains_outside = 0, phases_outside = 0;
   for (int i = 0; i < recordings; ++i) {
     const std::size_t draw = static_cast<std::size_t>(7 * i) % from.size();
     const PredictiveCheck found = check(recorded(from[draw], static_cast<std::uint64_t>(i)), from);
     REQUIRE(found.figures.size() == names.size());
     warned += found.warning().empty() ? 0 : 1;
+    for (std::size_t band = 0; band < found.responses.recorded.size(); ++band) {
+      const sim::Complex response = found.responses.recorded[band].response;
+      const posterior::Band &gain = found.responses.gain, &phase_rad = found.responses.phase_rad;
+      gains_outside += std::abs(response) < gain.low[band] || std::abs(response) > gain.high[band] ? 1 : 0;
+      const double phase = phase_rad.middle[band] + std::arg(response * std::polar(1.0, -phase_rad.middle[band]));
+      phases_outside += phase < phase_rad.low[band] || phase > phase_rad.high[band] ? 1 : 0;
+    }
     for (const CheckedFigure& figure : found.figures) {
       CHECK((figure.p > 0.0 && figure.p <= 1.0));
       sums[figure.name] += figure.p;
@@ -101,6 +110,9 @@ TEST_CASE("predictive check: p-values of recordings that are the draws' are unif
     CHECK(test::within(sums[name] / recordings, 0.5, 4 * 0.037));
     CHECK((low[name] > 0 && low[name] < 12 + 4 * 3.1));  // 12 expected
   }
+  // 12 of 120 expected, with a standard deviation of at most 4.7: a recording's two bands have its draw in common.
+  CHECK((gains_outside > 0 && gains_outside < 12 + 4 * 4.7));
+  CHECK((phases_outside > 0 && phases_outside < 12 + 4 * 4.7));
   CHECK(warned <= 13);  // 60 * 0.08 expected at most; more than 13 with a probability of 2e-4
 }
 
@@ -119,6 +131,36 @@ TEST_CASE("predictive check: samples in gaps do not count, at an end either") {
     warned += checker().check(from, trial, 1).warning().empty() ? 0 : 1;
   }
   CHECK(warned <= 2);
+}
+
+TEST_CASE("predictive check: the bands of the response are around the controller's, and show a sway of another scale") {
+  const sim::Experiment& experiment = simulator().protocol().experiment;
+  const sim::FrequencyResponse analysis = frequency_analysis(experiment);
+  std::vector<float> sway = recorded(state(), 1);
+  const CheckedResponses found = check(sway).responses;
+  REQUIRE(found.recorded.size() == 2);  // three sines
+  REQUIRE(found.gain.middle.size() == 2);
+  REQUIRE(found.phase_rad.middle.size() == 2);
+  const std::vector<double> tilt_rad = sim::tilt_at_samples(experiment, simulator().stimulus());
+  const std::vector<float> tilt(tilt_rad.begin(), tilt_rad.end());
+  // Without noise: the response that the noise of the trials scatters about.
+  const std::vector<sim::FrfPoint> exact = analysis.measure(noise_free_trial(simulator(), state().parameters), tilt);
+  const std::vector<sim::FrfPoint> measured = analysis.measure(sway, tilt);
+  for (std::size_t i = 0; i < 2; ++i) {
+    CAPTURE(i);
+    CHECK(found.recorded[i].frequency_hz == measured[i].frequency_hz);
+    CHECK(std::abs(found.recorded[i].response - measured[i].response) < 0.05 * std::abs(measured[i].response));
+    CHECK((found.gain.low[i] < found.gain.middle[i] && found.gain.middle[i] < found.gain.high[i]));
+    const double gain = std::abs(exact[i].response);
+    CHECK((found.gain.low[i] < gain && gain < found.gain.high[i]));
+    const double turned_rad = std::arg(exact[i].response * std::polar(1.0, -found.phase_rad.middle[i]));
+    CHECK(turned_rad > found.phase_rad.low[i] - found.phase_rad.middle[i]);
+    CHECK(turned_rad < found.phase_rad.high[i] - found.phase_rad.middle[i]);
+  }
+  for (float& value : sway) value *= 3.0F;
+  const CheckedResponses large = check(sway).responses;
+  for (std::size_t i = 0; i < 2; ++i) CHECK(std::abs(large.recorded[i].response) > large.gain.high[i]);
+  CHECK(large.gain.low == found.gain.low);  // of the same trials
 }
 
 TEST_CASE("predictive check: a recording unlike the draws has small p-values and a warning") {

@@ -15,6 +15,8 @@
 #include "embedded/fit_js.hpp"
 #include "embedded/parameters_js.hpp"
 #include "embedded/recordings_js.hpp"
+#include "embedded/responses_js.hpp"
+#include "tools/report/json/frf.hpp"
 #include "tools/report/json/groups_json.hpp"
 #include "tools/report/json/parameters_json.hpp"
 #include "tools/report/json/recording_json.hpp"
@@ -221,12 +223,35 @@ Json signals_of(const RecordingResult& recording, const FitFigures& fitted, cons
   return {{"sway", sway.json()}, {"noise", noise.json()}, {"tilt", tilt.json()}};
 }
 
+/// The recorded response and a controller's, in the form of decid fit --frf; null if there is none.
+Json response_of(const RecordingResult& recording, const PredictiveCheck& check) {
+  const ControllerResponse response = controller_response(recording, check);
+  if (response.frequency_hz.empty()) return nullptr;
+  Json json = Json::object();
+  const auto line = [&](const char* key, const std::vector<double>& values) {
+    for (const double value : values) json[key].push_back(page_number(value));
+  };
+  const auto band = [&](const char* key, const Band& values) {
+    for (std::size_t i = 0; i < values.low.size(); ++i)
+      json[key].push_back({page_number(values.low[i]), page_number(values.high[i])});
+  };
+  line("frequency_hz", response.frequency_hz);
+  line("gain", response.gain);
+  line("phase_deg", response.phase_deg);
+  line("model_gain", response.simulated_gain.middle);
+  line("model_phase_deg", response.simulated_phase_deg.middle);
+  band("model_gain_interval90", response.simulated_gain);
+  band("model_phase_interval90", response.simulated_phase_deg);
+  return json;
+}
+
 /// The fitted controllers, the one that answers first; empty if only one was fitted.
-Json controllers_of(const FitFigures& fitted, const sim::Protocol& protocol) {
+Json controllers_of(const RecordingResult& recording, const sim::Protocol& protocol) {
+  const FitFigures& fitted = *recording.fit;
   Json list = Json::array();
   if (!fitted.compared) return list;
   const auto add = [&](const std::string& name, const posterior::ComparedModel& compared, const Posterior& found,
-                       const PredictiveCheck& check, bool comparable) {
+                       const PredictiveCheck& check, bool comparable, const Warnings& warnings) {
     const sim::BodyModel& model = sim::find_body_model(name, "controller");
     Json parameters = Json::array(), odd = Json::array();
     for (std::size_t p = 0; p < model.parameters.size(); ++p) {
@@ -236,6 +261,7 @@ Json controllers_of(const FitFigures& fitted, const sim::Protocol& protocol) {
                             {"description", info.description},
                             {"unit", info.shown_unit()},
                             {"mean", page_number(found.mean(quantity))},
+                            {"sd", page_number(found.stddev(quantity))},
                             {"low", page_number(found.quantile(quantity, 0.05))},
                             {"high", page_number(found.quantile(quantity, 0.95))}});
     }
@@ -251,12 +277,16 @@ Json controllers_of(const FitFigures& fitted, const sim::Protocol& protocol) {
                     {"weight", page_number(compared.weight)},
                     {"comparable", comparable},
                     {"parameters", std::move(parameters)},
+                    {"correlations", page_correlations(found, model.parameters.size(), 1e4)},
                     {"odd", std::move(odd)},
+                    {"warnings", warnings_json(warnings)},
+                    {"frf", response_of(recording, check)},
                     {"sway", sway.json()}});
   };
-  add(protocol.experiment.body_model->name, *fitted.compared, fitted.posterior, fitted.check, fitted.comparable);
+  add(protocol.experiment.body_model->name, *fitted.compared, fitted.posterior, fitted.check, fitted.comparable,
+      {});  // its warnings are the recording's
   for (const ControllerFit& other : fitted.others)
-    add(other.controller, other.compared, other.posterior, other.check, other.comparable);
+    add(other.controller, other.compared, other.posterior, other.check, other.comparable, other.warnings);
   return list;
 }
 
@@ -276,7 +306,7 @@ Json recording_to_json(const RecordingResult& recording, const Report& of, const
           {"answer", name(fitted.answer)},
           {"parameters", parameters_of(recording, fitted, of.protocol_for(recording), ranges)},
           {"others", others_of(found)},
-          {"controllers", controllers_of(fitted, of.protocol_for(recording))},
+          {"controllers", controllers_of(recording, of.protocol_for(recording))},
           {"samples_noise_deg", page_number(fitted.samples_noise_deg)},
           {"diagnostics", diagnostics_of(found)},
           {"check", check_of(fitted.check)},
@@ -314,8 +344,8 @@ std::string fit_page(const Report& report) {
        .lead = "Seven balance-control parameters with their uncertainty, estimated from body sway on a tilting "
                "platform.",
        .script = std::string(embedded::parameters_js()) + std::string(embedded::recordings_js()) +
-                 std::string(embedded::density_js()) + std::string(embedded::controllers_js()) +
-                 std::string(embedded::fit_js()),
+                 std::string(embedded::density_js()) + std::string(embedded::responses_js()) +
+                 std::string(embedded::controllers_js()) + std::string(embedded::fit_js()),
        .style = std::string(embedded::density_css()) + std::string(embedded::fit_css()),
        .details = std::move(recordings)},
       data);

@@ -4,6 +4,7 @@
 #include "base/version.hpp"
 #include "embedded/frf_fit_js.hpp"
 #include "embedded/parameters_js.hpp"
+#include "embedded/responses_js.hpp"
 #include "sim/body_model.hpp"
 #include "tools/report/json/recording_json.hpp"
 #include "tools/report/page.hpp"
@@ -30,7 +31,8 @@ std::string frf_page(Json answer, const Call& call) {
     for (Json& other : answer["controllers"]) describe_parameters(other);
   return page_html({.title = "Frequency response",
                     .lead = "Controllers that have a published frequency response, and the ranges of their parameters.",
-                    .script = std::string(embedded::parameters_js()) + std::string(embedded::frf_fit_js())},
+                    .script = std::string(embedded::parameters_js()) + std::string(embedded::responses_js()) +
+                              std::string(embedded::frf_fit_js())},
                    answer);
 }
 

@@ -6,12 +6,13 @@ set -euo pipefail
 here=$(dirname "$0") scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 "$2" "$scratch/fit.html" fit
-KEEP_DOM=$scratch/shown.html "$here/report_chromium.sh" "$1" "$scratch/fit.html" fit 12
+KEEP_DOM=$scratch/shown.html "$here/report_chromium.sh" "$1" "$scratch/fit.html" fit 13
 # Behind the first table of parameters, which has other code.
 shown=$(cat "$scratch/shown.html") table='class="controllers"'
 for unit in 'theta, °/s' 'delay, ms' 'Kp, N m/rad'; do
   [[ ${shown#*"$table"} == *"$unit"* ]] || { echo "the comparison of controllers: no parameter is shown as '$unit'" >&2; exit 1; }
 done
+[[ ${shown#*"$table"} == *"Gain of the recorded response and of dec over frequency"* ]] || { echo "no response of a controller is drawn" >&2; exit 1; }
 # The page has the value of a fixed parameter, and neither a standard deviation nor an interval.
 # A trial of 16 s, whose fit takes little time.
 echo '{"name": "tiny", "sensor_noise_deg": 0.02, "sample_rate_hz": 20, "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1],

@@ -47,7 +47,7 @@ TEST_CASE("fit page") {
     const std::string page = page_of(fitted());
     test::check_whole(page);
     CHECK(page.find("prefers-color-scheme: dark") != std::string::npos);
-    CHECK(page.size() < 182'000);  // two recordings of 30 s
+    CHECK(page.size() < 192'000);  // two recordings of 30 s
     CHECK(page == page_of(fitted()));
   }
   SUBCASE("text from outside cannot leave its block") {
@@ -108,7 +108,48 @@ TEST_CASE("fit page") {
     CHECK(delay["unit"] == "s");
     CHECK(near(delay["mean"].get<double>(), found.mean(sim::Delay), six_digits));
     CHECK(near(delay["high"].get<double>(), found.quantile(sim::Delay, 0.95), six_digits));
+    CHECK(near(delay["sd"].get<double>(), found.stddev(sim::Delay), six_digits));
+    CHECK(within(controllers[1]["correlations"][sim::Delay][sim::Kp].get<double>(),
+                 found.correlation(sim::Delay, sim::Kp), 0.6e-4));
+    CHECK(controllers[1]["warnings"].empty());
     CHECK(data()["recordings"][1]["controllers"].empty());
+  }
+  SUBCASE("the controllers have the recorded response, and the bands of their simulated trials") {
+    const RecordingResult& first = fitted().recordings[0];
+    const FrequencyResponses& frf = *first.explanation.frf;
+    for (const json& controller : data()["recordings"][0]["controllers"]) {
+      const json& shown = controller["frf"];
+      for (const char* key : {"frequency_hz", "gain", "phase_deg", "model_gain", "model_phase_deg",
+                              "model_gain_interval90", "model_phase_interval90"})
+        REQUIRE(shown[key].size() == 2);  // three sines
+      for (std::size_t i = 0; i < 2; ++i) {
+        CHECK(near(shown["frequency_hz"][i].get<double>(), frf.recorded[i].frequency_hz, six_digits));
+        CHECK(near(shown["gain"][i].get<double>(), std::abs(first.fit->check.responses.recorded[i].response),
+                   six_digits));
+        CHECK(near(shown["gain"][i].get<double>(), std::abs(frf.recorded[i].response), 0.05));  // with its line
+        for (const bool is_gain : {true, false}) {
+          const json& interval = shown[is_gain ? "model_gain_interval90" : "model_phase_interval90"][i];
+          const json& middle = shown[is_gain ? "model_gain" : "model_phase_deg"][i];
+          CHECK(interval[0] < middle);
+          CHECK(middle < interval[1]);
+        }
+        // The response of the posterior mean, without noise.
+        const double model_gain = std::abs(frf.model[i].response);
+        CHECK(shown["model_gain_interval90"][i][0] < model_gain);
+        CHECK(shown["model_gain_interval90"][i][1] > model_gain);
+        const double turned_deg =
+            std::arg(frf.model[i].response) / sim::rad_per_deg - shown["model_phase_deg"][i].get<double>();
+        CHECK(std::abs(turned_deg - 360.0 * std::round(turned_deg / 360.0)) < 30.0);
+        CHECK(std::abs(shown["phase_deg"][i].get<double>() - shown["model_phase_deg"][i].get<double>()) < 180.0);
+      }
+    }
+    Report all = fitted();
+    all.recordings[0].fit->check.responses = {};
+    all.recordings[0].fit->others[0].warnings = {{Severity::caution, "divergences", "many"}};
+    const json changed = test::data_of(page_of(all))["recordings"][0]["controllers"];
+    CHECK(changed[0]["frf"].is_null());
+    CHECK(changed[1]["frf"].is_object());
+    CHECK(changed[1]["warnings"][0]["code"] == "divergences");
   }
   SUBCASE("the JSON sums the controllers over the recordings") {
     Report all = fitted();

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <numbers>
 #include <sstream>
 
 #include "base/files/json_object.hpp"
@@ -145,6 +146,43 @@ TEST_CASE("figures of results: recordings that cannot be used are left out; none
   report.recordings.resize(1);
   CHECK(result_figures(report).empty());
   CHECK(result_figures({}).empty());
+}
+
+TEST_CASE("figures of results: the responses of several controllers, of recordings that are not usable too") {
+  Report report = study();
+  for (RecordingResult& recording : report.recordings) {
+    FitFigures& fit = recording.fit.emplace();
+    fit.answer = FitFigures::Answer::network;  // there are no draws
+    CheckedResponses& responses = fit.check.responses;
+    responses.recorded = recording.explanation.frf->recorded;
+    responses.gain = {{0.5, 0.6}, {0.75, 1.0}, {1.5, 1.25}};
+    const double turn = 2.0 * std::numbers::pi, quarter = 0.25 * turn;
+    responses.phase_rad = {{0.9 * turn - quarter, -1.1 * quarter}, {turn - quarter, -quarter}, {turn, -0.9 * quarter}};
+    fit.others.resize(1);
+    fit.others[0].controller = "ic";
+    fit.others[0].check = fit.check;
+  }
+  CHECK(ids(result_figures(report)).back() == "responses");  // none is compared
+  report.recordings[4].fit->compared.emplace();
+  const Figure one = result_figures(report).back();
+  CHECK(one.id == "controllers");
+  std::vector<std::string> lines = lines_with(one.csv, "K2,");
+  REQUIRE(lines.size() == 4);
+  // Phases are a whole turn lower: near the closed loop's.
+  CHECK(lines[0] == "K2,1,controls,,K21.csv,dec,0.1,5.0,-90.0,0.75,0.5,1.5,-90.0,-126.0,0.0");
+  CHECK(lines[3].starts_with("K2,1,controls,,K21.csv,ic,1.0,5.0,-90.0,1.0,0.6,1.25,"));
+  CHECK(test::count(one.svg, "fill-opacity") == 2 * 2);
+  CHECK(test::count(one.svg, "<circle") == 2 * 2 * 2);
+  CHECK(one.svg.find("nan") == std::string::npos);
+
+  for (RecordingResult& recording : report.recordings) {
+    recording.fit->compared.emplace();
+    add_invalid(recording.warnings, "at_edge", "at the edge");
+  }
+  const std::vector<Figure> figures = result_figures(report);
+  REQUIRE(ids(figures) == std::vector<std::string>{"controllers"});
+  CHECK(lines_with(figures[0].csv, ",dec,").size() == 5 * 2);
+  CHECK(test::count(figures[0].svg, "fill-opacity") == 5 * 2 * 2);
 }
 
 TEST_CASE("figures of results: groups and people of a table of groups") {

@@ -24,7 +24,7 @@ struct Entry {
 }  // namespace
 
 FitJournal::FitJournal(const std::filesystem::path& path, const std::string& settings, bool resume)
-    : journal_(path, "decid fit journal 5") {
+    : journal_(path, "decid fit journal 6") {
   if (!journal_.try_lock())
     throw Error(Code::file_in_use, path.string(), "is being written by another process", "wait until that has ended");
   if (journal_.is_foreign())

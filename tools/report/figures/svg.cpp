@@ -82,6 +82,12 @@ void Sheet::path(std::span<const Point> points, const Pen& pen) {
   body_ += "<path d=\"" + d + "\" " + stroke(pen) + "/>\n";
 }
 
+void Sheet::area(std::span<const Point> points, const std::string& fill) {
+  std::string d;
+  for (const Point& p : points) d += format("%c%.2f %.2f", d.empty() ? 'M' : 'L', p.x, p.y);
+  body_ += "<path d=\"" + d + "Z\" fill=\"" + fill + "\" fill-opacity=\"0.25\"/>\n";
+}
+
 void Sheet::box(Point corner, double width, double height, const std::string& fill) {
   body_ += format("<rect x=\"%.2f\" y=\"%.2f\" width=\"%.2f\" height=\"%.2f\" fill=\"%s\"/>\n", corner.x, corner.y,
                   width, height, fill.c_str());
@@ -188,6 +194,14 @@ void Plot::line(std::span<const double> x, std::span<const double> y, const Shee
     sheet_.path(points, pen);
     points.clear();
   }
+}
+
+void Plot::band(std::span<const double> x, std::span<const double> low, std::span<const double> high,
+                const std::string& colour) {
+  std::vector<Sheet::Point> points;
+  for (std::size_t i = 0; i < x.size(); ++i) points.push_back({to_x(x[i]), to_y(low[i])});
+  for (std::size_t i = x.size(); i-- > 0;) points.push_back({to_x(x[i]), to_y(high[i])});
+  sheet_.area(points, colour);
 }
 
 void Plot::signal(std::span<const double> x, std::span<const double> y, const Sheet::Pen& pen) {

@@ -34,6 +34,8 @@ class Sheet {
   };
   void line(Point from, Point to, const Pen& pen);
   void path(std::span<const Point> points, const Pen& pen);
+  /// Fills the shape between the points, a quarter opaque.
+  void area(std::span<const Point> points, const std::string& fill);
   void box(Point corner, double width, double height, const std::string& fill);
   void frame(Point corner, double width, double height, const Pen& pen);
   void dot(Point centre, double radius, const std::string& fill);
@@ -70,6 +72,9 @@ class Plot {
        const std::string& title = "");
 
   void line(std::span<const double> x, std::span<const double> y, const Sheet::Pen& pen);
+  /// Fills between the lines `low` and `high`, which must be finite.
+  void band(std::span<const double> x, std::span<const double> low, std::span<const double> high,
+            const std::string& colour);
   /// Draws a signal of many samples: the extremes of each pixel.
   void signal(std::span<const double> x, std::span<const double> y, const Sheet::Pen& pen);
   void dots(std::span<const double> x, std::span<const double> y, const std::string& colour);

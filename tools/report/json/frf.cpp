@@ -56,4 +56,26 @@ Json frf_to_json(const FrequencyResponses& frf) {
   return json;
 }
 
+ControllerResponse controller_response(const RecordingResult& recording, const PredictiveCheck& check) {
+  ControllerResponse made;
+  const CheckedResponses& responses = check.responses;
+  const std::optional<FrequencyResponses>& frf = recording.explanation.frf;
+  if (!frf || frf->linear.size() != responses.recorded.size()) return made;
+  made.simulated_gain = responses.gain;
+  double linear_deg = 0.0;
+  for (std::size_t i = 0; i < responses.recorded.size(); ++i) {
+    const sim::FrfPoint& point = responses.recorded[i];
+    linear_deg = phase_near(frf->linear[i], linear_deg);
+    made.frequency_hz.push_back(point.frequency_hz);
+    made.gain.push_back(std::abs(point.response));
+    made.phase_deg.push_back(phase_near(point.response, linear_deg));
+    const double middle_deg = responses.phase_rad.middle[i] / sim::rad_per_deg,
+                 turns_deg = 360.0 * std::round((linear_deg - middle_deg) / 360.0);
+    made.simulated_phase_deg.low.push_back(responses.phase_rad.low[i] / sim::rad_per_deg + turns_deg);
+    made.simulated_phase_deg.middle.push_back(middle_deg + turns_deg);
+    made.simulated_phase_deg.high.push_back(responses.phase_rad.high[i] / sim::rad_per_deg + turns_deg);
+  }
+  return made;
+}
+
 }  // namespace decid::tools

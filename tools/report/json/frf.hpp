@@ -1,8 +1,10 @@
 // Frequency responses of an identification, as JSON and as figures that people read off a Bode diagram.
 #pragma once
 
+#include <vector>
+
 #include "base/files/json.hpp"
-#include "identify/estimate.hpp"
+#include "identify/result.hpp"
 
 namespace decid::tools {
 
@@ -18,5 +20,14 @@ Bode bode(const sim::FrfPoint& point, double near_deg);
 
 /// Arrays, one entry per band; null where a figure is not known.
 Json frf_to_json(const FrequencyResponses& frf);
+
+/// A recorded response, and the 90% band and the median of a controller's simulated trials, band by band.
+struct ControllerResponse {
+  std::vector<double> frequency_hz, gain, phase_deg;
+  posterior::Band simulated_gain, simulated_phase_deg;
+};
+/// Returns the responses of a controller of `recording`. All phases are near the closed loop's of the recording's
+/// estimate, so that several controllers have one axis. Empty if there is no response.
+ControllerResponse controller_response(const RecordingResult& recording, const PredictiveCheck& check);
 
 }  // namespace decid::tools

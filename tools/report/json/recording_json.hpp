@@ -40,14 +40,14 @@ void add_intervals(Json& json, const Found& found, int quantity) {
   json["interval50"] = interval(0.5);
   json["interval90"] = interval(0.9);
 }
-/// Returns the correlations below the diagonal, row by row.
+/// Returns the correlations below the diagonal, row by row; per_unit: 100 for two decimals.
 template <class Found>
-Json page_correlations(const Found& found, std::size_t parameters) {
+Json page_correlations(const Found& found, std::size_t parameters, double per_unit = 100.0) {
   Json correlations = Json::array();
   for (std::size_t a = 0; a < parameters; ++a) {
     Json& row = correlations.emplace_back(Json::array());
     for (std::size_t b = 0; b < a; ++b)
-      row.push_back(std::round(100.0 * found.correlation(static_cast<int>(a), static_cast<int>(b))) / 100.0);
+      row.push_back(std::round(per_unit * found.correlation(static_cast<int>(a), static_cast<int>(b))) / per_unit);
   }
   return correlations;
 }

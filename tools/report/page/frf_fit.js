@@ -1,4 +1,4 @@
-// Draws the page of decid fit --frf, after common.js, plot.js and parameters.js.
+// Draws the page of decid fit --frf, after common.js, plot.js, parameters.js and responses.js.
 (() => {
 const main = document.getElementById("main"), answers = [report, ...(report.controllers ?? []).slice(1)];
 for (const { parameters } of answers) parameters.forEach(inShownUnit);
@@ -29,26 +29,10 @@ function comparison() {
     [columnHead("Controller", "", ""), ...["Log predictive density", "Difference \u00b1 1 SE", "Weight", "Relative error", "Largest error"].map(text => columnHead(text))], rows);
 }
 
-// Draws the recorded response over the 90% band of each controller, all with the same axes.
-function responses() {
-  const frequencies = report.frf.frequency_hz, x = { text: "Frequency (Hz)", logarithmic: true, low: frequencies[0], high: frequencies.at(-1) };
-  const limits = (key, recorded) => {
-    const all = answers.flatMap(({ frf }) => [...frf[recorded], ...frf[`model_${key}_interval90`].flat()]);
-    return [Math.min(...all), Math.max(...all)];
-  };
-  const [least, most] = limits("gain", "gain"), [lowest, highest] = limits("phase", "phase_deg");
-  const axes = { gain: { text: "Gain (\u00b0/\u00b0)", logarithmic: true, low: least / 1.1, high: 1.1 * most }, phase_deg: { text: "Phase (\u00b0)", low: lowest - 10, high: highest + 10 } };
-  const chart = ({ controller, frf }, key, band, legend) => plot({ title: `${key === "gain" ? "Gain" : "Phase"} of the recorded response and of ${controller} over frequency`,
-    height: key === "gain" ? 280 : 220, sheet: answers.length > 1 ? 334 : 688, legend, x, y: axes[key],
-    marks: [{ name: `${controller}, 90% interval`, class: "again-soft", band: frequencies.map((at, i) => [at, ...frf[`model_${band}_interval90`][i]]) },
-      { name: `${controller}, mean`, class: "again dashed", line: frequencies.map((at, i) => [at, frf[`model_${key}`][i]]) },
-      { name: "Recorded", class: "draw", line: frequencies.map((at, i) => [at, frf[key][i]]), dots: true }] }).made;
-  const panel = answer => element("div", {}, element("h4", {}, answer.controller), chart(answer, "gain", "gain", true), chart(answer, "phase_deg", "phase", false));
-  return element("figure", {}, element("h3", {}, "Recorded response and each controller\u2019s"), element("div", { class: "panels" }, ...answers.map(panel)),
-    element("figcaption", {}, "Sway over platform tilt. Where the recorded response leaves the band, the controller does not explain it. " +
-      answers.map(({ controller, misfit }) => `${controller} leaves ${fixed(100 * misfit.relative_error, 1)}% of the response`).join("; ") +
-      " (root mean square of the relative error)."));
-}
+const responses = () => responsesFigure(answers, ["Controller, 90% interval", "Mean"],
+  "Sway over platform tilt. Where the recorded response leaves the band, the controller does not explain it. " +
+    answers.map(({ controller, misfit }) => `${controller} leaves ${fixed(100 * misfit.relative_error, 1)}% of the response`).join("; ") +
+    " (root mean square of the relative error).");
 
 // ---- each controller -------------------------------------------------------------------------------------------------
 

@@ -2,21 +2,6 @@
 (() => {
 // ---- certainty -----------------------------------------------------------------------------------------------------
 
-function correlationTable({ parameters, correlations }) {
-  const cell = value => {
-    const made = element("td", {}, fixed(value, 2));
-    made.style.background = `rgb(23 82 127 / ${(0.5 * Math.abs(value)).toFixed(2)})`;
-    return made;
-  };
-  return element("div", { class: "scroll" }, element("table", { class: "correlations" },
-    element("caption", {}, "Correlations of the errors. Near 1 or \u22121, one parameter can replace the other: the recording determines their " +
-      "combination better than either."),
-    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, ""),
-      ...parameters.slice(0, -1).map(({ name }) => element("th", { scope: "col", class: "number" }, name)))),
-    element("tbody", {}, ...parameters.slice(1).map(({ name }, row) => element("tr", {},
-      element("th", { scope: "row" }, name), ...correlations[row + 1].map(cell))))));
-}
-
 function certainty(recording) {
   return [densityFigure("Certainty of each estimate", recording.parameters, recording.densities,
     report.model.recalibrated ? " Simulated trials outside the training have corrected the intervals."
