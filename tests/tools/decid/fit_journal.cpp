@@ -23,6 +23,7 @@ RecordingResult result_of(const std::string& file) {
   result.explanation.frf.emplace().linear = {{0.5, -1.0}};
   result.warnings = {{decid::Severity::caution, "code", "\xC3\xA9\n"}};
   result.fit.emplace().answer = decid::FitFigures::Answer::network;
+  result.fit->check.responses.gain.high = {0.3};
   return result;
 }
 const RecordingResult result = result_of("k");
@@ -52,6 +53,7 @@ TEST_CASE("journal: entries are read back to the bit") {
   CHECK(found->explanation.frf->linear == result.explanation.frf->linear);
   CHECK(found->warnings == result.warnings);
   CHECK(found->fit->answer == decid::FitFigures::Answer::network);
+  CHECK(found->fit->check.responses.gain.high == std::vector{0.3});
   CHECK_FALSE(found->truth);
   CHECK(again.find("l")->file == "other");
   CHECK_FALSE(again.find(""));

@@ -157,7 +157,7 @@ TEST_CASE("figures of results: the responses of several controllers, of recordin
     responses.recorded = recording.explanation.frf->recorded;
     responses.gain = {{0.5, 0.6}, {0.75, 1.0}, {1.5, 1.25}};
     const double turn = 2.0 * std::numbers::pi, quarter = 0.25 * turn;
-    responses.phase_rad = {{0.9 * turn - quarter, -1.1 * quarter}, {turn - quarter, -quarter}, {turn, -0.9 * quarter}};
+    responses.phase_rad = {{0.9 * turn - quarter, quarter}, {turn - quarter, 1.25 * quarter}, {turn, 1.5 * quarter}};
     fit.others.resize(1);
     fit.others[0].controller = "ic";
     fit.others[0].check = fit.check;
@@ -168,8 +168,9 @@ TEST_CASE("figures of results: the responses of several controllers, of recordin
   CHECK(one.id == "controllers");
   std::vector<std::string> lines = lines_with(one.csv, "K2,");
   REQUIRE(lines.size() == 4);
-  // Phases are a whole turn lower: near the closed loop's.
+  // The simulated phases are a whole turn lower: within 180 degrees of the recorded one.
   CHECK(lines[0] == "K2,1,controls,,K21.csv,dec,0.1,5.0,-90.0,0.75,0.5,1.5,-90.0,-126.0,0.0");
+  CHECK(lines[1] == "K2,1,controls,,K21.csv,dec,1.0,5.0,-90.0,1.0,0.6,1.25,-247.5,-270.0,-225.0");
   CHECK(lines[3].starts_with("K2,1,controls,,K21.csv,ic,1.0,5.0,-90.0,1.0,0.6,1.25,"));
   CHECK(test::count(one.svg, "fill-opacity") == 2 * 2);
   CHECK(test::count(one.svg, "<circle") == 2 * 2 * 2);

@@ -70,7 +70,7 @@ ControllerResponse controller_response(const RecordingResult& recording, const P
     made.gain.push_back(std::abs(point.response));
     made.phase_deg.push_back(phase_near(point.response, linear_deg));
     const double middle_deg = responses.phase_rad.middle[i] / sim::rad_per_deg,
-                 turns_deg = 360.0 * std::round((linear_deg - middle_deg) / 360.0);
+                 turns_deg = 360.0 * std::round((made.phase_deg.back() - middle_deg) / 360.0);
     made.simulated_phase_deg.low.push_back(responses.phase_rad.low[i] / sim::rad_per_deg + turns_deg);
     made.simulated_phase_deg.middle.push_back(middle_deg + turns_deg);
     made.simulated_phase_deg.high.push_back(responses.phase_rad.high[i] / sim::rad_per_deg + turns_deg);

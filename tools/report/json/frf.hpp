@@ -26,8 +26,9 @@ struct ControllerResponse {
   std::vector<double> frequency_hz, gain, phase_deg;
   posterior::Band simulated_gain, simulated_phase_deg;
 };
-/// Returns the responses of a controller of `recording`. All phases are near the closed loop's of the recording's
-/// estimate, so that several controllers have one axis. Empty if there is no response.
+/// Returns the responses of a controller of `recording`. The recorded phases are near the closed loop's of the
+/// recording's estimate, for all controllers the same; the simulated ones are near the recorded. Empty if there is no
+/// response.
 ControllerResponse controller_response(const RecordingResult& recording, const PredictiveCheck& check);
 
 }  // namespace decid::tools
