@@ -13,6 +13,7 @@
 #include "base/math/statistics.hpp"
 #include "base/text.hpp"
 #include "sim/segments.hpp"
+#include "tools/report/figures/controllers_figure.hpp"
 #include "tools/report/json/frf.hpp"
 
 namespace decid::tools {
@@ -301,110 +302,18 @@ std::vector<Figure> response_figure(const std::vector<Estimates>& all) {
            "Gain and phase of sway to tilt: median of the recordings, and dashed their quartiles.", sheet.svg(), csv}};
 }
 
-/// A fitted controller's response to a recording.
-struct ControllerPanel {
-  std::string controller;
-  ControllerResponse response;
-};
-
-std::vector<ControllerPanel> panels_of(const RecordingResult& recording, const Report& report) {
-  std::vector<ControllerPanel> made;
-  if (!recording.fit || !recording.fit->compared) return made;
-  const auto add = [&](const std::string& controller, const PredictiveCheck& check) {
-    ControllerResponse response = controller_response(recording, check);
-    if (!response.frequency_hz.empty()) made.push_back({controller, std::move(response)});
-  };
-  add(report.protocol_for(recording).experiment.body_model->name, recording.fit->check);
-  for (const ControllerFit& other : recording.fit->others) add(other.controller, other.check);
-  return made;
-}
-
-/// Draws the recorded gain or phase over the controller's band.
-void draw_response(Sheet& sheet, Sheet::Point corner, const std::vector<double>& hz,
-                   const std::vector<double>& recorded, const posterior::Band& simulated, const PlotAxis& y,
-                   const std::string& title) {
-  Plot plot(sheet, corner, 330, 190, {"Frequency (Hz)", 0.9 * hz.front(), 1.1 * hz.back(), true}, y, title);
-  plot.band(hz, simulated.low, simulated.high, colour_of(1));
-  plot.line(hz, simulated.middle, {.colour = colour_of(1), .dashed = true});
-  plot.line(hz, recorded, {.colour = colour_of(0)});
-  plot.dots(hz, recorded, colour_of(0));
-}
-
-/// Returns an axis for the recorded values and the bands of all controllers.
-PlotAxis shared_axis(const char* title, const std::vector<ControllerPanel>& panels,
-                     std::vector<double> ControllerResponse::*recorded, posterior::Band ControllerResponse::*simulated,
-                     bool with_zero) {
-  std::vector<std::span<const double>> shown{panels.front().response.*recorded};
-  for (const ControllerPanel& panel : panels) {
-    shown.emplace_back((panel.response.*simulated).low);
-    shown.emplace_back((panel.response.*simulated).high);
-  }
-  return axis_for(title, shown, with_zero);
-}
-
-/// all: those that are not usable too, because another controller may explain them.
-std::vector<Figure> controllers_figure(const Report& report, const std::vector<Estimates>& all) {
-  constexpr std::size_t max_drawn = 12;
-  constexpr double width = 420, height = 540;
-  std::vector<std::pair<const Estimates*, std::vector<ControllerPanel>>> rows;
-  std::size_t columns = 0;
-  std::string csv =
-      "participant_id,session,group,condition,file,controller,frequency_hz,gain,phase_deg,simulated_gain,gain_low90,"
-      "gain_high90,simulated_phase_deg,phase_low90_deg,phase_high90_deg\n";
-  for (const Estimates& one : all) {
-    std::vector<ControllerPanel> panels = panels_of(*one.recording, report);
-    if (panels.empty()) continue;
-    for (const auto& [controller, response] : panels)
-      for (std::size_t i = 0; i < response.frequency_hz.size(); ++i) {
-        csv += who_cells(one.who) + ',' + cell(one.recording->file) + ',' + cell(controller);
-        for (const std::vector<double>* values :
-             {&response.frequency_hz, &response.gain, &response.phase_deg, &response.simulated_gain.middle,
-              &response.simulated_gain.low, &response.simulated_gain.high, &response.simulated_phase_deg.middle,
-              &response.simulated_phase_deg.low, &response.simulated_phase_deg.high})
-          csv += ',' + number_text((*values)[i]);
-        csv += '\n';
-      }
-    columns = std::max(columns, panels.size());
-    rows.emplace_back(&one, std::move(panels));
-  }
-  if (rows.empty()) return {};
-  const std::size_t drawn = std::min(rows.size(), max_drawn);
-  Sheet sheet(40 + width * static_cast<double>(columns), 40 + height * static_cast<double>(drawn));
-  sheet.legend({70, 24}, {{"recorded", colour_of(0)}, {"90% of simulated trials, and their median", colour_of(1)}});
-  for (std::size_t row = 0; row < drawn; ++row) {
-    const auto& [one, panels] = rows[row];
-    const PlotAxis gain = shared_axis("Gain", panels, &ControllerResponse::gain, &ControllerResponse::simulated_gain,
-                                      true),
-                   phase = shared_axis("Phase (deg)", panels, &ControllerResponse::phase_deg,
-                                       &ControllerResponse::simulated_phase_deg, false);
-    const double top = 90 + height * static_cast<double>(row);
-    sheet.text({70, top - 28}, one->recording->file, Anchor::start);
-    for (std::size_t k = 0; k < panels.size(); ++k) {
-      const ControllerResponse& response = panels[k].response;
-      const double left = 70 + width * static_cast<double>(k);
-      draw_response(sheet, {left, top}, response.frequency_hz, response.gain, response.simulated_gain, gain,
-                    panels[k].controller);
-      draw_response(sheet, {left, top + 245}, response.frequency_hz, response.phase_deg, response.simulated_phase_deg,
-                    phase, "");
-    }
-  }
-  std::string caption =
-      "Gain and phase of sway to tilt: the recorded response, and 90% and the median of trials simulated from each "
-      "controller's draws.";
-  if (drawn < rows.size()) caption += format(" Drawn: the first %zu of %zu recordings.", drawn, rows.size());
-  return {{"controllers", "Frequency responses by controller", caption, sheet.svg(), csv}};
-}
-
 }  // namespace
 
 std::vector<Figure> result_figures(const Report& report) {
   const std::vector<std::size_t> places = report.inferred_parameters();  // a fixed one is no estimate
-  std::vector<Estimates> all, compared;
+  std::vector<Estimates> all;
+  std::vector<ComparedRecording> compared;
   for (std::size_t i = 0; i < report.recordings.size(); ++i) {
     const RecordingResult& recording = report.recordings[i];
     if (recording.error) continue;
     if (recording.trust() != Trust::not_usable) all.push_back(estimates_of(report, i, places));
-    if (recording.fit && recording.fit->compared) compared.push_back(estimates_of(report, i, places));
+    if (recording.fit && recording.fit->compared)
+      compared.push_back({&recording, who_cells(estimates_of(report, i, places).who) + ',' + cell(recording.file)});
   }
   if (all.empty()) return controllers_figure(report, compared);
   std::vector<Figure> figures;
