@@ -224,8 +224,8 @@ Json signals_of(const RecordingResult& recording, const FitFigures& fitted, cons
 }
 
 /// The recorded response and a controller's, in the form of decid fit --frf; null if there is none.
-Json response_of(const RecordingResult& recording, const PredictiveCheck& check) {
-  const ControllerResponse response = controller_response(recording, check);
+Json response_of(const FitFigures& fitted, const PredictiveCheck& check) {
+  const ControllerResponse response = controller_response(fitted, check);
   if (response.frequency_hz.empty()) return nullptr;
   Json json = Json::object();
   const auto line = [&](const char* key, const std::vector<double>& values) {
@@ -246,8 +246,7 @@ Json response_of(const RecordingResult& recording, const PredictiveCheck& check)
 }
 
 /// The fitted controllers, the one that answers first; empty if only one was fitted.
-Json controllers_of(const RecordingResult& recording, const sim::Protocol& protocol) {
-  const FitFigures& fitted = *recording.fit;
+Json controllers_of(const FitFigures& fitted, const sim::Protocol& protocol) {
   Json list = Json::array();
   if (!fitted.compared) return list;
   const auto add = [&](const std::string& name, const posterior::ComparedModel& compared, const Posterior& found,
@@ -280,7 +279,7 @@ Json controllers_of(const RecordingResult& recording, const sim::Protocol& proto
                     {"correlations", page_correlations(found, model.parameters.size(), 1e4)},
                     {"odd", std::move(odd)},
                     {"warnings", warnings_json(warnings)},
-                    {"frf", response_of(recording, check)},
+                    {"frf", response_of(fitted, check)},
                     {"sway", sway.json()}});
   };
   add(protocol.experiment.body_model->name, *fitted.compared, fitted.posterior, fitted.check, fitted.comparable,
@@ -306,7 +305,7 @@ Json recording_to_json(const RecordingResult& recording, const Report& of, const
           {"answer", name(fitted.answer)},
           {"parameters", parameters_of(recording, fitted, of.protocol_for(recording), ranges)},
           {"others", others_of(found)},
-          {"controllers", controllers_of(recording, of.protocol_for(recording))},
+          {"controllers", controllers_of(fitted, of.protocol_for(recording))},
           {"samples_noise_deg", page_number(fitted.samples_noise_deg)},
           {"diagnostics", diagnostics_of(found)},
           {"check", check_of(fitted.check)},

@@ -175,6 +175,13 @@ TEST_CASE("figures of results: the responses of several controllers, of recordin
   CHECK(test::count(one.svg, "fill-opacity") == 2 * 2);
   CHECK(test::count(one.svg, "<circle") == 2 * 2 * 2);
   CHECK(one.svg.find("nan") == std::string::npos);
+  // The controller that predicts best shows how many turns the recorded phase has made.
+  ControllerFit& other = report.recordings[4].fit->others[0];
+  other.check.responses.phase_rad.middle = {-170.0 * sim::rad_per_deg, -285.0 * sim::rad_per_deg};
+  const auto second_of_dec = [&] { return lines_with(result_figures(report).back().csv, "K2,")[1]; };
+  CHECK(second_of_dec().starts_with("K2,1,controls,,K21.csv,dec,1.0,5.0,-450.0,"));
+  other.compared.difference = -1.0;
+  CHECK(second_of_dec().starts_with("K2,1,controls,,K21.csv,dec,1.0,5.0,-90.0,"));
 
   for (RecordingResult& recording : report.recordings) {
     recording.fit->compared.emplace();

@@ -24,7 +24,7 @@ std::vector<ControllerPanel> panels_of(const RecordingResult& recording, const R
   std::vector<ControllerPanel> made;
   if (!recording.fit || !recording.fit->compared) return made;
   const auto add = [&](const std::string& controller, const PredictiveCheck& check) {
-    ControllerResponse response = controller_response(recording, check);
+    ControllerResponse response = controller_response(*recording.fit, check);
     if (!response.frequency_hz.empty()) made.push_back({controller, std::move(response)});
   };
   add(report.protocol_for(recording).experiment.body_model->name, recording.fit->check);

@@ -11,9 +11,23 @@
 namespace decid::tools {
 namespace {
 
+double angle_near(double angle_deg, double near_deg) {
+  return angle_deg + 360.0 * std::round((near_deg - angle_deg) / 360.0);
+}
+
 double phase_near(sim::Complex response, double near_deg) {
-  const double phase = std::arg(response) / sim::rad_per_deg;
-  return phase + 360.0 * std::round((near_deg - phase) / 360.0);
+  return angle_near(std::arg(response) / sim::rad_per_deg, near_deg);
+}
+
+/// Returns the responses of the controller that predicts best; of the first one that has some if that has none.
+const CheckedResponses& best_responses(const FitFigures& fitted) {
+  const CheckedResponses* found = &fitted.check.responses;
+  for (const ControllerFit& other : fitted.others) {
+    const CheckedResponses& responses = other.check.responses;
+    if (responses.recorded.empty()) continue;
+    if (found->recorded.empty() || other.compared.difference == 0.0) found = &responses;
+  }
+  return *found;
 }
 
 }  // namespace
@@ -56,21 +70,21 @@ Json frf_to_json(const FrequencyResponses& frf) {
   return json;
 }
 
-ControllerResponse controller_response(const RecordingResult& recording, const PredictiveCheck& check) {
+ControllerResponse controller_response(const FitFigures& fitted, const PredictiveCheck& check) {
   ControllerResponse made;
   const CheckedResponses& responses = check.responses;
-  const std::optional<FrequencyResponses>& frf = recording.explanation.frf;
-  if (!frf || frf->linear.size() != responses.recorded.size()) return made;
+  if (responses.recorded.empty()) return made;
   made.simulated_gain = responses.gain;
-  double linear_deg = 0.0;
+  const std::vector<double>& best_rad = best_responses(fitted).phase_rad.middle;
+  double best_deg = 0.0;  // unwrapped from band to band
   for (std::size_t i = 0; i < responses.recorded.size(); ++i) {
     const sim::FrfPoint& point = responses.recorded[i];
-    linear_deg = phase_near(frf->linear[i], linear_deg);
+    best_deg = angle_near(best_rad[i] / sim::rad_per_deg, best_deg);
     made.frequency_hz.push_back(point.frequency_hz);
     made.gain.push_back(std::abs(point.response));
-    made.phase_deg.push_back(phase_near(point.response, linear_deg));
+    made.phase_deg.push_back(phase_near(point.response, best_deg));
     const double middle_deg = responses.phase_rad.middle[i] / sim::rad_per_deg,
-                 turns_deg = 360.0 * std::round((made.phase_deg.back() - middle_deg) / 360.0);
+                 turns_deg = angle_near(middle_deg, made.phase_deg.back()) - middle_deg;
     made.simulated_phase_deg.low.push_back(responses.phase_rad.low[i] / sim::rad_per_deg + turns_deg);
     made.simulated_phase_deg.middle.push_back(middle_deg + turns_deg);
     made.simulated_phase_deg.high.push_back(responses.phase_rad.high[i] / sim::rad_per_deg + turns_deg);

@@ -26,9 +26,8 @@ struct ControllerResponse {
   std::vector<double> frequency_hz, gain, phase_deg;
   posterior::Band simulated_gain, simulated_phase_deg;
 };
-/// Returns the responses of a controller of `recording`. The recorded phases are near the closed loop's of the
-/// recording's estimate, for all controllers the same; the simulated ones are near the recorded. Empty if there is no
-/// response.
-ControllerResponse controller_response(const RecordingResult& recording, const PredictiveCheck& check);
+/// Returns the responses of one of the fitted controllers. The recorded phases are near those of the controller that
+/// predicts best, and so the same for all; the simulated ones are near the recorded. Empty if there is no response.
+ControllerResponse controller_response(const FitFigures& fitted, const PredictiveCheck& check);
 
 }  // namespace decid::tools
