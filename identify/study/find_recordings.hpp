@@ -22,7 +22,9 @@ bool has_ending_of_recordings(const std::filesystem::path& path);
 /// *_channels.tsv and the like.
 bool is_description(const std::filesystem::path& path);
 
-/// Returns true for a table of decid's own results, which `--table` or `--long` wrote as CSV.
+/// Returns true for decid's own results: a table of `--table` or `--long`, as CSV or .xlsx, and the CSV of `--draws`
+/// and
+/// `--figures`.
 bool is_table_of_results(const std::filesystem::path& path);
 
 /// Returns the files in a folder and in the folders within that may be recordings, in the order of their names. Omits

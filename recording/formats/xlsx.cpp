@@ -116,8 +116,10 @@ class SheetReader {
               const std::string& where)
       : xml_(text, where), shared_(shared), dates_(dates), where_(where) {}
 
-  std::string read() {
+  /// Returns the first rows as text.
+  std::string read(std::size_t max_rows = max_sheet_rows) {
     for (Tag tag = xml_.next(); tag != Tag::end; tag = xml_.next()) {
+      if (tag == Tag::close && xml_.name() == "row" && rows_.size() >= max_rows) break;
       if (tag != Tag::open) continue;
       if (xml_.name() == "row") begin_row();
       if (xml_.name() == "c") read_cell();
@@ -145,20 +147,28 @@ class SheetReader {
     next_column_ = column + 1;
     if (column < rows_.back().cells) refuse_workbook(where_, "its cells are out of order");
     const std::string kind = xml_.attribute("t"), style = xml_.attribute("s");
-    const std::string value = read_value(kind, style);
+    const std::string reference = xml_.attribute("r");
+    const std::string value = read_value(kind, style, reference);
     if (value.empty()) return;  // a cell with only a format
     if (column >= max_columns)
       throw Error(Code::file_too_large, where_, "has more than 1000 columns", "give a sheet of at most 1000");
     append(rows_.back(), column, plain(value));
   }
 
-  std::string read_value(const std::string& kind, const std::string& style) {
+  std::string read_value(const std::string& kind, const std::string& style, const std::string& reference) {
     std::string value;
+    bool is_formula = false;
     for (Tag tag = xml_.next(); tag != Tag::end; tag = xml_.next()) {
+      if (tag == Tag::open && xml_.name() == "f") is_formula = true;
       if (tag == Tag::open && xml_.name() == "is") value = read_text(xml_, "is");
       if (tag == Tag::close && xml_.name() == "v") value = xml_.text();
       if (tag == Tag::close && xml_.name() == "c") break;
     }
+    if (is_formula && value.empty() && kind != "str")
+      throw Error(Code::value_missing, where_,
+                  "has a formula without a stored value in " +
+                      (reference.empty() ? format("row %zu", rows_.size()) : "cell " + reference),
+                  "open the workbook in Excel or LibreOffice and save it, or write the value instead of the formula");
     if (kind == "e") return {};
     if (kind == "b" && !value.empty()) return value == "0" ? "FALSE" : "TRUE";
     if (kind.empty() || kind == "n") return dates_.text(value, style);
@@ -228,6 +238,18 @@ void refuse_without_table(const std::vector<std::pair<std::string, std::string>>
 
 bool is_xlsx(std::string_view bytes) {
   return bytes.starts_with("PK\x03\x04") && bytes.find(workbook_part) != bytes.npos;
+}
+
+std::string read_first_row(std::string_view bytes, const std::string& where) {
+  if (!is_xlsx(bytes)) return {};
+  ZipMembers members(bytes, where);
+  const auto sheets = visible_sheets(members, where);
+  const Parts parts = read_parts(members, where);
+  const auto part = sheets.empty() ? parts.by_id.end() : parts.by_id.find(sheets.front().second);
+  if (part == parts.by_id.end()) return {};
+  const std::vector<std::string> shared = read_shared_strings(members, parts.shared_strings, where);
+  const std::string xml = members.read(part->second);
+  return SheetReader(xml, shared, WorkbookDates(), where).read(1);
 }
 
 Sheet read_xlsx(std::string_view bytes, const std::string& where, const std::string& name, DateCells dates) {

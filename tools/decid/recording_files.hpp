@@ -12,7 +12,7 @@ struct LeftOut {
   std::size_t dead_links = 0;     ///< links that lead to no file
   std::size_t other_endings = 0;  ///< files whose name does not end like a recording's
   std::size_t descriptions = 0;   ///< participants.tsv, README.txt and the like
-  std::size_t results = 0;        ///< tables that --table or --long wrote
+  std::size_t results = 0;        ///< tables that decid wrote (is_table_of_results())
   std::size_t folders = 0;        ///< folders within a folder, if they are not read too
   std::set<std::string> endings;  ///< endings of the other files: ".pdf"
 
@@ -34,7 +34,7 @@ struct RecordingFiles {
 /// - A pattern of *, ? and [] that is not a file itself: its matches in order, and the files of folders among them.
 ///   "**" stands for any number of folders; if it is the last part, its matches must end like a recording's name.
 /// - Anything else: the argument itself, even if no such file exists.
-/// Folders and patterns omit `others`: the other files that the call reads or writes.
+/// Folders and patterns omit `others`, which are no recordings of the call.
 /// Throws Error for a folder without a recording, an unreadable folder, a pattern without a match, and standard input
 /// ("-") that is named twice.
 RecordingFiles recording_files(const std::vector<std::string>& arguments, const std::vector<std::string>& others,

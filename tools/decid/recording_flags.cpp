@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "identify/study/find_recordings.hpp"
 #include "identify/study/reading_option.hpp"
 #include "sim/segments.hpp"
 #include "tools/decid/ranks.hpp"
@@ -67,7 +68,11 @@ ReadOptions RecordingFlags::read_options() const {
   return made;
 }
 
-void RecordingFlags::find_sources(const std::vector<std::string>& others, bool quiet) {
+void RecordingFlags::find_sources(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs,
+                                  bool quiet) {
+  std::vector<std::string> others = inputs;
+  std::ranges::copy_if(outputs, std::back_inserter(others),
+                       [](const std::string& output) { return !has_ending_of_recordings(output); });
   if (!study.empty() && files.empty()) {
     try {
       const std::string folder = std::filesystem::path(study).parent_path().string();

@@ -37,10 +37,11 @@ struct RecordingFlags : BodyFlags {
   std::vector<RecordingSource> sources;  ///< the recordings in the files, once they are found
   std::vector<std::string> named;        ///< the files of the call, each once, without those that a sheet names
 
-  /// Finds the recordings in the files for which `files` stand (recording_files.hpp), except `others`; `files` are then
-  /// their names. With --study and no file it finds all recordings below the sheet's folder. Prints on standard error
-  /// which files it left out, unless `quiet`.
-  void find_sources(const std::vector<std::string>& others, bool quiet);
+  /// Finds the recordings in the files for which `files` stand (recording_files.hpp), except `inputs`, the other files
+  /// that the call reads; `files` are then their names. An output that has a recording's name stays among them, so that
+  /// Outputs::check() refuses to overwrite a recording. With --study and no file it finds all recordings below the
+  /// sheet's folder. Prints on standard error which files it left out, unless `quiet`.
+  void find_sources(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs, bool quiet);
   /// Returns the plan of the recordings found, by the sheet of --study if there is one. `sources` and `files` are then
   /// the plan's. Prints on standard error which lines are of no recording, unless `quiet`.
   RecordingPlan plan(const ReadOptions& reading, bool quiet);

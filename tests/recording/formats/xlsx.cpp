@@ -66,6 +66,22 @@ TEST_CASE("XLSX: cells of every kind, where they say that they are") {
   CHECK(to_text("<row><c><v>1</v></c></row><row><c/><c><v>2</v></c></row>") == "1\t\n\t2\n");
 }
 
+TEST_CASE("XLSX: a formula without a stored value is an error, an empty text that a formula gives is empty") {
+  for (const char* value : {"", "<v/>", "<v></v>"}) {
+    CAPTURE(value);
+    const std::string cell = R"(<c r="B2"><f>SUM(A1,A2)</f>)" + std::string(value) + "</c>";
+    check_error([&] { to_text(R"(<row r="2">)" + cell + "</row>"); }, Code::value_missing, where);
+  }
+  CHECK(to_text(R"(<row><c><v>1</v></c><c t="str"><f>IF(A1,"","")</f><v></v></c></row>)") == "1\n");
+  CHECK(to_text(R"(<row><c><f>SUM(A1)</f><v>3</v></c><c t="e"><f>1/0</f><v>#DIV/0!</v></c></row>)") == "3\n");
+}
+
+TEST_CASE("XLSX: the first row alone") {
+  CHECK(read_first_row(workbook(R"(<row><c><v>1</v></c><c><v>2</v></c></row><row><c><v>3</v></c></row>)", ""), where) ==
+        "1\t2\n");
+  CHECK(read_first_row("time,sway\n", where).empty());
+}
+
 TEST_CASE("XLSX: cells that show dates, as days or as text") {
   // Styles: a number, a date that is built in, own formats of a date, a time and colours, and a date with a time.
   const std::string styles =

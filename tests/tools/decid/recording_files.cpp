@@ -92,6 +92,53 @@ TEST_CASE("decid's own tables are no recordings of the next call") {
   CHECK(recording_files({folder / "in/t.csv"}) == Names{folder / "in/t.csv"});  // named, it is what the user wants
 }
 
+TEST_CASE("decid's own workbook, draws and figures are no recordings of the next call") {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "in");
+  write_text(folder / "in/a.csv", "time,sway_deg\n0,1\n");
+  run_decid("identify --quiet " + folder / "in/a.csv" + " --table " + folder / "in/t.xlsx" + " --long " +
+            folder / "in/l.xlsx");
+  REQUIRE(std::filesystem::exists(folder / "in/l.xlsx"));
+  const char* const figures[] = {"parameter,unit,participant_id,session,group,condition,file,value,low90,high90,mgh\n",
+                                 "parameter,unit,participant_id,group,session,value,mgh\n",
+                                 "participant_id,session,group,condition,file,frequency_hz,gain,phase_deg\n",
+                                 ".chain,.iteration,.draw,lp__\n", "file,.chain,.iteration,.draw,lp__\n"};
+  for (std::size_t i = 0; i < std::size(figures); ++i)
+    write_text(folder / ("in/f" + std::to_string(i) + ".csv"), figures[i]);
+  CHECK(recording_files({folder / "in"}) == Names{folder / "in/a.csv"});
+  CHECK(left_out(folder / "in").results == 7);
+}
+
+TEST_CASE("an output that would overwrite a recording of a folder, a pattern or a sheet is refused") {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "in");
+  const std::string content = "time,sway_deg\n0,1\n";
+  for (const char* name : {"in/a.csv", "in/b.csv"}) write_text(folder / name, content);
+  write_text(folder / "in/participants.tsv", "participant_id\tfile\n1\ta.csv\n2\tb.csv\n");
+  const std::string output = folder / "in/b.csv";
+  const std::string by_folder = folder / "in", by_pattern = "'" + folder / "in/*.csv" + "'",
+                    by_sheet = "--study " + folder / "in/participants.tsv";
+  for (const std::string& call :
+       {"identify " + by_folder + " --table " + output, "identify " + by_pattern + " --long " + output,
+        "identify " + by_sheet + " --table " + output, "identify " + by_folder + " " + by_sheet + " --table " + output,
+        "fit " + by_folder + " --draws " + output}) {
+    const auto refused = run_decid(call);
+    CAPTURE(call);
+    CAPTURE(refused.err);
+    CHECK(refused.code == 2);
+    CHECK(contains(refused.err, output + ": is already read or written by this call"));
+    CHECK(read_text(output) == content);
+  }
+  // A table of the call before is overwritten, and so is a file of another kind that a pattern matches.
+  for (int run = 0; run < 2; ++run) {
+    const auto made = run_decid("identify --json '" + folder / "in/*" + "' --table " + folder / "in/t.csv" + " -o " +
+                                folder / "in/r.json");
+    CAPTURE(made.err);
+    CHECK(std::filesystem::exists(folder / "in/r.json"));
+    CHECK(!contains(made.err, "is already read"));
+  }
+}
+
 TEST_CASE("files left out of folders and patterns are counted") {
   const Folder folder;
   std::filesystem::create_directory(folder / "in");

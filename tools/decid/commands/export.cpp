@@ -186,7 +186,7 @@ struct SwayOptions {
 void export_sway(SwayOptions options) {
   ReadOptions reading = options.recordings.read_options();
   reading.body = options.recordings.body();
-  options.recordings.find_sources({options.model, options.output}, options.common.quiet);
+  options.recordings.find_sources({options.model}, {options.output}, options.common.quiet);
   std::vector<std::string> inputs = options.recordings.distinct_files();
   inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);

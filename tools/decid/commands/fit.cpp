@@ -205,10 +205,9 @@ FitInput read_input(FitOptions& options) {
                 "leave it out to compare participants");
   RecordingFlags& recordings = options.recordings;
   ReadOptions reading = recordings.read_options();
-  std::vector<std::string> inputs = options.outputs.files();
-  inputs.insert(inputs.end(), {options.model, options.protocol, options.groups.table, recordings.study});
-  recordings.find_sources(inputs, options.common.quiet);
-  inputs.clear();
+  recordings.find_sources({options.model, options.protocol, options.groups.table, recordings.study},
+                          options.outputs.files(), options.common.quiet);
+  std::vector<std::string> inputs;
   std::optional<sim::Protocol> given;
   if (!options.protocol.empty()) given = read_protocol(options.protocol, options.common.quiet, &inputs);
   FitInput input{model_or_built_in(options.model)};

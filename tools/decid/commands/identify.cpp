@@ -71,9 +71,8 @@ void run_identify(IdentifyOptions options, const Command& command) {
   require_controller(options.controller, model.protocol, model_name(options.model));
   reading.truth = recordings.known(model.parameters());
   reading.body = recordings.body();
-  std::vector<std::string> others = options.outputs.files();
-  others.insert(others.end(), {options.model, options.groups.table, recordings.study});
-  recordings.find_sources(others, options.common.quiet);
+  recordings.find_sources({options.model, options.groups.table, recordings.study}, options.outputs.files(),
+                          options.common.quiet);
   const RecordingPlan plan = recordings.plan(reading, options.common.quiet);
   std::vector<std::string> inputs = recordings.distinct_files();
   inputs.insert(inputs.end(), {recordings.study, options.model, options.groups.table});
