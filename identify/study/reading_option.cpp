@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <initializer_list>
 
 #include "base/text.hpp"
 #include "identify/study/detail/text_key.hpp"
@@ -52,7 +53,10 @@ void set_unit(recording::RecordingOptions& made, const Value& value, const std::
 }
 
 void set_invert(recording::RecordingOptions& made, const Value& value, const std::string& text) {
-  const bool is_sway = text == "sway" || text == "yes", is_none = text == "none" || text == "no";
+  const auto is_one_of = [&](std::initializer_list<const char*> words) {
+    return std::ranges::find(words, text) != words.end();
+  };
+  const bool is_sway = is_one_of({"sway", "yes", "true", "ja"}), is_none = is_one_of({"none", "no", "false", "nein"});
   if (!is_sway && !is_none && text != "tilt" && text != "both")
     value.refuse("sway (or yes), tilt, both or none (or no)");
   made.invert_sway = is_sway || text == "both";

@@ -396,6 +396,7 @@ RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadO
 
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading) {
+  refuse_two_spellings(sheet);
   if (choice == Choice::for_groups) return Planner(std::move(sheet), sources, choice, reading)();
   refuse_two_groups(sheet);
   std::vector<RecordingSource> others;  // all but the sheet, which may lie among its recordings

@@ -66,7 +66,7 @@ enum class Choice { by_call, by_sheet, for_groups };
 /// without a recording, by_sheet; a recording with two lines, or with two people or sessions, and a line with two
 /// recordings, that are equally alike; a line without a participant, if others have one; a wrong cell; and one without
 /// the other of mass and height. Recordings of a person with two bodies or two ages in one session have warnings, and
-/// so have copies of one file. Throws Error for a person in two groups.
+/// so have copies of one file. Throws Error for a person in two groups, and for two spellings of one (01 and 1).
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading);
 

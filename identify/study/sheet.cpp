@@ -21,18 +21,6 @@
 namespace decid {
 namespace {
 
-/// Returns a whole number as people write it, "1", where a program wrote "1.0"; any other text as it is, such as
-/// "1,000", which may be a thousand.
-std::string without_point_zero(const std::string& cell) {
-  const std::size_t point = cell.find_first_of(".,"), first = cell.starts_with('-') ? 1 : 0;
-  const auto is_of = [&](std::size_t from, std::size_t to, const char* digits) {
-    return from < to && cell.find_first_not_of(digits, from) >= to;
-  };
-  const bool is_whole = point != std::string::npos && is_of(first, point, "0123456789") &&
-                        is_of(point + 1, cell.size(), "0") && (cell[point] == '.' || cell.size() - point != 4);
-  return is_whole ? cell.substr(0, point) : cell;
-}
-
 /// Returns true for a cell without a person, a session or a group, also by a mark for none.
 bool is_none(const std::string& cell) {
   constexpr auto marks = std::to_array<std::string_view>({"-", "--", ".", "\u2013", "\u2014"});

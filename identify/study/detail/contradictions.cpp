@@ -79,6 +79,28 @@ std::map<std::size_t, std::size_t> contradicting(const Visits& visits, const All
   return found;
 }
 
+/// Returns what the spellings of a person share: the text without "sub-", leading zeros, and blanks, hyphens and
+/// underscores; of those between digits one stays, because 1-11 and 11-1 are two people.
+std::string person_key(const std::string& participant) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::string text = text_key(without_point_zero(participant)), key;
+  if (text.starts_with("sub-")) text.erase(0, 4);
+  bool is_apart = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i], last = key.empty() ? ' ' : key.back();
+    if (c == ' ' || c == '-' || c == '_') {
+      is_apart = true;
+      continue;
+    }
+    const bool begins_number = is_digit(c) && (is_apart || !(is_digit(last) || last == '.' || last == ','));
+    if (is_apart && is_digit(c) && is_digit(last)) key += '-';
+    if (begins_number && c == '0' && i + 1 < text.size() && is_digit(text[i + 1])) continue;
+    key += c;
+    is_apart = false;
+  }
+  return key;
+}
+
 /// Returns "P1 two bodies in session 2: 70 kg and 1.75 m here, 80 kg and 1.75 m for b.csv".
 std::string sentence(const RecordingPlan& plan, const AllStated& stated, std::size_t i, std::size_t other,
                      const std::string& what) {
@@ -115,6 +137,21 @@ void refuse_two_groups(const StudySheet& sheet) {
         "put " + entry.participant + " in the groups \"" + before.entry.group + "\" and \"" + entry.group + "\"",
         "give different people different names, and a person one group; name what differs between a person's "
         "recordings as a session or a condition");
+  }
+}
+
+void refuse_two_spellings(const StudySheet& sheet) {
+  std::map<std::string, const SheetLine*> first;  // of each person
+  for (const SheetLine& line : sheet.lines) {
+    const std::string& here = line.entry.participant;
+    if (here.empty()) continue;
+    const SheetLine& before = *first.try_emplace(person_key(here), &line).first->second;
+    const std::string& there = before.entry.participant;
+    if (text_key(there) == text_key(here)) continue;
+    throw Error(
+        Code::value_invalid, format("%s, lines %zu and %zu", sheet.file.string().c_str(), before.number, line.number),
+        "name a person \"" + there + "\" and \"" + here + "\"",
+        "write one spelling in all lines, or give two people names that differ in more than zeros, blanks and hyphens");
   }
 }
 

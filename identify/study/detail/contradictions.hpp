@@ -13,6 +13,10 @@ inline constexpr const char* repeat_the_name =
 /// Throws Error if two lines put one person in two groups. Letter case does not count.
 void refuse_two_groups(const StudySheet& sheet);
 
+/// Throws Error if a sheet spells a person in two ways, who would count as two: 01 and 1, S-2 and S2, sub-S3 and S3.
+/// Letter case does not count.
+void refuse_two_spellings(const StudySheet& sheet);
+
 /// Adds warnings to the recordings of participants who have two bodies (`two_bodies`) or two ages (`two_ages`) in one
 /// session, or without sessions. Between sessions both may change. Markers of one column at two heights are two bodies,
 /// too. A column of body mass indices that is more than 15% off weight and height is a warning (`other_bmi`); rounding

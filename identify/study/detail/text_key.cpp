@@ -122,4 +122,14 @@ std::vector<std::string> column_keys(std::span<const std::string_view> names) {
   return keys;
 }
 
+std::string without_point_zero(const std::string& cell) {
+  const std::size_t point = cell.find_first_of(".,"), first = cell.starts_with('-') ? 1 : 0;
+  const auto is_of = [&](std::size_t from, std::size_t to, const char* digits) {
+    return from < to && cell.find_first_not_of(digits, from) >= to;
+  };
+  const bool is_whole = point != std::string::npos && is_of(first, point, "0123456789") &&
+                        is_of(point + 1, cell.size(), "0") && (cell[point] == '.' || cell.size() - point != 4);
+  return is_whole ? cell.substr(0, point) : cell;
+}
+
 }  // namespace decid

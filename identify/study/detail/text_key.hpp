@@ -17,6 +17,10 @@ std::string text_key(std::string_view text);
 /// so are "VP-Nr." and "vp nr". Signs of numbers (%, +, *, =) stay.
 std::string column_key(std::string_view name);
 
+/// Returns a whole number as people write it, "1", where a program wrote "1.0"; any other text as it is, such as
+/// "1,000", which may be a thousand.
+std::string without_point_zero(const std::string& cell);
+
 /// Returns the column_key() of each name, for tables of names that many columns are compared with.
 std::vector<std::string> column_keys(std::span<const std::string_view> names);
 

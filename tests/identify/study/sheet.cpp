@@ -358,8 +358,9 @@ TEST_CASE("set_reading_option: every option, and values it does not have") {
     set_reading_option(one, "invert", word, "here");
     return std::pair(one.recording.invert_sway, one.recording.invert_tilt);
   };
-  for (const char* word : {"sway", "Sway", "yes", "YES"}) CHECK(inverted(word) == std::pair(true, false));
-  for (const char* word : {"none", "None", "no", "No"}) CHECK(inverted(word) == std::pair(false, false));
+  for (const char* word : {"sway", "Sway", "yes", "YES", "TRUE", "ja"}) CHECK(inverted(word) == std::pair(true, false));
+  for (const char* word : {"none", "None", "no", "No", "FALSE", "Nein"})
+    CHECK(inverted(word) == std::pair(false, false));
   CHECK(inverted("Tilt") == std::pair(false, true));
   CHECK(inverted("BOTH") == std::pair(true, true));
   set_reading_option(made, "detrend", "Offset", "here");
@@ -393,6 +394,42 @@ TEST_CASE("make_plan: a person in two groups is refused with both lines, whateve
     check_error([&] { read(sessions); }, Code::value_invalid, "\"patients\" and \"controls\"");
   }
   CHECK(read("P1,1,patients,a.csv\np1,2,Patients,b.csv\nP1,3,n/a,c.csv\n,1,x,d.csv\n,1,y,e.csv\n") == 5);
+}
+
+TEST_CASE("make_plan: two spellings of a person are refused with both lines") {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& one, const std::string& other, Choice choice = Choice::by_sheet) {
+    const StudySheet sheet = read_sheet(
+        write_text(folder / "g.csv", "participant_id;file\n" + one + ";a.csv\nP7;b.csv\n" + other + ";c.csv\n"));
+    return make_plan(sheet, {}, choice, {}).sheet->lines.size();
+  };
+  for (const auto& [one, other] : std::vector<std::pair<std::string, std::string>>{{"01", "1"},
+                                                                                   {"4.0", "4"},
+                                                                                   {"4", "4,0"},
+                                                                                   {"S 1", "S1"},
+                                                                                   {"s-2", "S2"},
+                                                                                   {"S_2", "S 2"},
+                                                                                   {"sub-S3", "S3"},
+                                                                                   {"sub-01", "01"},
+                                                                                   {"P01", "p1"},
+                                                                                   {"A-01", "A1"},
+                                                                                   {"1-01", "1 1"}}) {
+    CAPTURE(one);
+    for (const Choice choice : {Choice::by_sheet, Choice::by_call, Choice::for_groups})
+      check_error([&] { read(one, other, choice); }, Code::value_invalid, "g.csv, lines 2 and 4");
+  }
+  for (const auto& [one, other] : std::vector<std::pair<std::string, std::string>>{{"s1", "S1"},
+                                                                                   {"1", "10"},
+                                                                                   {"0", "10"},
+                                                                                   {"1-11", "11-1"},
+                                                                                   {"1.1", "1.10"},
+                                                                                   {"1.01", "1.1"},
+                                                                                   {"100", "1"},
+                                                                                   {"S1", "T1"},
+                                                                                   {"subs", "sub-b"}}) {
+    CAPTURE(one);
+    CHECK(read(one, other) == 3);
+  }
 }
 
 TEST_CASE("read_sheet: words of clinical sheets are carried along, and noted where their cells look like settings") {
