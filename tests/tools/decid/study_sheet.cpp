@@ -303,6 +303,24 @@ TEST_CASE("fit: draws in Stan's form, as R's package posterior reads them") {
         json["recordings"][0]["parameters"][0]["sd"].get<double>());
 }
 
+TEST_CASE(
+    "a study's JSON: no body of all if the bodies differ; rerun refuses a file that was missing and is there now") {
+  const Folder folder;
+  for (const char* name : {"a.csv", "b.csv"}) simulate(folder / name, "--seed 5");
+  const auto body_of = [&](const std::string& lines) {
+    write_text(folder / "s.csv", "participant_id,file,height,weight\n" + lines);
+    run_decid("identify --quiet --study " + folder / "s.csv" + " -o " + folder / "o.json");
+    return read_json(folder / "o.json").at("body");
+  };
+  CHECK(body_of("A,a.csv,1.75,70\nB,b.csv,1.75,70\n").at("assumed") == false);
+  CHECK(body_of("A,a.csv,1.75,70\nB,b.csv,1.62,58\n").is_null());
+  CHECK(body_of("A,a.csv,,\nB,b.csv,,\nC,c.csv,1.75,70\n").at("assumed") == true);  // c.csv is missing
+  run_ok("rerun " + folder / "o.json");
+  simulate(folder / "c.csv", "--seed 6");
+  check_refused("rerun " + folder / "o.json", "c.csv");
+  CHECK(contains(run_decid("rerun " + folder / "o.json").err, "is there now"));
+}
+
 TEST_CASE("rerun: the same bytes; a changed result is noticed") {
   const Folder folder;
   simulate(folder / "t.csv", "--seed 5");

@@ -99,6 +99,9 @@ Call read_call(const std::string& path, const std::string& content) {
     const Json& hash = input["sha256"];
     const bool is_there = file == "-" || path_exists(file);
     if (hash.is_null() && !is_there) continue;  // it was missing then, too
+    if (std::error_code ignored; hash.is_null() && std::filesystem::is_regular_file(file, ignored))
+      throw Error(Code::file_differs, file, "had no content known to " + path + ", and is there now",
+                  "move it away if it was missing; for a pipe run the call again with a file");
     if (hash.is_null())
       throw Error(Code::not_supported, file, "is not a file whose content is known",
                   "save it as a file, and run the call again");

@@ -282,13 +282,25 @@ Json body_json(const sim::Body& body, bool assumed) {
   return json;
 }
 
+/// Returns the body of the recordings; null if they have several.
+Json report_body_json(const Report& report) {
+  std::optional<std::pair<sim::Body, bool>> first;
+  for (const RecordingResult& id : report.recordings) {
+    if (id.error) continue;
+    const std::pair<sim::Body, bool> own(report.protocol_for(id).experiment.body, report.setting_of(id).body_assumed);
+    if (first && own != *first) return nullptr;
+    first = own;
+  }
+  return body_json(report.protocol.experiment.body, report.body_assumed);
+}
+
 std::string report_json(const Report& report) {
   Json json{{"model", report.model},
             {"model_sha256", report.model_sha256},
             {"controller", report.protocol.experiment.body_model->name},
             {"options", report.options},
             {"protocol", sim::to_json_object(report.protocol)},
-            {"body", body_json(report.protocol.experiment.body, report.body_assumed)},
+            {"body", report_body_json(report)},
             {"other_answer", other_answer_json(report)},
             {"recordings", recordings_json(report)}};
   add_call(json, report.call);
