@@ -116,6 +116,10 @@ DayMonth day_month_of(std::string_view name) {
   return date->numbers[0] > 12 ? DayMonth::day_first : DayMonth::unclear;
 }
 
+bool are_equal_in_order(std::string_view a, std::string_view b) {
+  return parts_of(a) == parts_of(b);
+}
+
 bool NameOrder::operator()(std::string_view a, std::string_view b) const {
   const std::vector<std::pair<int, double>> of_a = parts_of(a), of_b = parts_of(b);
   return of_a == of_b ? a < b : of_a < of_b;

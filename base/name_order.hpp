@@ -14,6 +14,9 @@ struct NameOrder {
   bool operator()(std::string_view a, std::string_view b) const;
 };
 
+/// Returns true for names of equal value in this order: 1 and 01, 2024-03-05 and 5.3.2024.
+bool are_equal_in_order(std::string_view a, std::string_view b);
+
 /// The order of day and month in a date between slashes or hyphens whose year comes last. unclear: both may be months.
 enum class DayMonth { none, day_first, month_first, unclear };
 /// Returns the order in a name that is such a date; none for any other name, and if day and month are equal.

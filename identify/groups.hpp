@@ -56,6 +56,8 @@ struct GroupMember {
   std::string session = {}, condition = {};  ///< compared too, unless empty
   std::vector<double> covariates = {};       ///< one per name in GroupTable; NaN: unknown
   std::string sheet_session = {}, sheet_condition = {};  ///< as the sheet has them, compared or not
+  std::string missing = {};  ///< "group", "session" or "condition": the column in which a recording without `group` has
+                             ///< no value; empty: it is in no comparison for another reason
 
   /// Returns what the recording is compared as: cohort::cell_name(), empty for none.
   std::string cell() const { return group.empty() ? std::string() : cohort::cell_name(group, session, condition); }
@@ -114,8 +116,9 @@ GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std
 /// compared: Report::inferred_parameters().
 struct GroupReport {
   GroupTable table;
-  std::vector<std::string> left_out;  ///< one per recording: why it is not compared, "error", "not usable" or
-                                      ///< "tilt_of_other_size"; empty: it is, or it is in no group
+  std::vector<std::string> left_out;  ///< one per recording: why it is not compared, "error", "not usable",
+                                      ///< "tilt_of_other_size", "without_group", "without_session" or
+                                      ///< "without_condition"; empty: it is, or the table has no line of it
   GroupComparison comparison;
   /// The hierarchical model of the recordings' distributions; empty where cohort::analyse_groups() returns none.
   std::optional<cohort::Result> hierarchical = {};
@@ -130,7 +133,7 @@ struct GroupReport {
   /// Reliability per pair of comparison.pairs and parameter, of the participants in both groups; empty lists for groups
   /// of different people, and of one person in both.
   std::vector<std::vector<std::optional<cohort::Reliability>>> reliability = {};
-  /// Changes of people in both groups of a pair, where there is no hierarchical model; empty where there is one.
+  /// Changes of people in both groups of a pair, by each person's own recordings.
   std::vector<cohort::OwnChange> own_changes = {};
 };
 

@@ -122,9 +122,14 @@ GroupReport report_groups(GroupTable table, const Report& report) {
   const std::size_t parameters = report.compared_parameters().size();
   const std::vector<std::size_t> places = report.inferred_parameters();
   GroupReport made{std::move(table), {}, {}};
-  for (std::size_t i = 0; i < report.recordings.size(); ++i)
-    made.left_out.push_back(made.table.members.at(i).group.empty() ? std::string()
-                                                                   : reason_to_leave_out(report.recordings[i]));
+  for (std::size_t i = 0; i < report.recordings.size(); ++i) {
+    const GroupMember& member = made.table.members.at(i);
+    const RecordingResult& result = report.recordings[i];
+    if (!member.group.empty() || (result.error && !member.missing.empty()))
+      made.left_out.push_back(reason_to_leave_out(result));
+    else
+      made.left_out.push_back(member.missing.empty() ? "" : "without_" + member.missing);
+  }
   set_body(report, made);
   std::vector<GroupedRecording> participants;
   std::vector<cohort::Recording> members(report.recordings.size());
@@ -158,10 +163,10 @@ GroupReport report_groups(GroupTable table, const Report& report) {
                       &second = made.comparison.groups[pair.second].name;
     if (pair.participants[0] > 1)
       made.reliability.back() = cohort::compute_reliability(report, members, first, second, made.mgh_nm_rad);
-    if (!made.hierarchical)
-      std::ranges::move(cohort::compute_own_changes(report, members, first, second, made.mgh_nm_rad),
-                        std::back_inserter(made.own_changes));
+    std::ranges::move(cohort::compute_own_changes(report, members, first, second, made.mgh_nm_rad),
+                      std::back_inserter(made.own_changes));
   }
+  if (made.hierarchical) cohort::add_own_changes(made.own_changes, *made.hierarchical);
   return made;
 }
 

@@ -160,8 +160,13 @@ inline bool excludes_zero(const Quantity& change) {
 /// Two visits of a person, in cells of one comparison.
 struct Change {
   std::size_t comparison = 0, first = 0, second = 0;  ///< visits
-  std::vector<Quantity> difference;                   ///< per parameter, first less second
-  bool changed(std::size_t parameter) const { return excludes_zero(difference[parameter]); }
+  std::vector<Quantity> difference;  ///< per parameter, first less second; the others' changes inform it
+  std::vector<Quantity> own = {};    ///< the same by the person's own recordings (OwnChange); empty: unknown
+  /// Returns true if both intervals exclude 0. The model moves the change of a person who did not change towards the
+  /// mean change of the others.
+  bool changed(std::size_t parameter) const {
+    return !own.empty() && excludes_zero(difference[parameter]) && excludes_zero(own[parameter]);
+  }
 };
 
 /// Two visits of a person by the recordings of this person only.

@@ -151,9 +151,10 @@ class Sum {
   template <class Distribution>
   void add(const Distribution& distribution, std::size_t parameter, double scale) {
     std::vector<double> sums;
-    for (int i = 0; i < levels; ++i)
-      for (const double before : quantiles_)
-        sums.push_back(before + scale * distribution.quantile(static_cast<int>(parameter), (i + 0.5) / levels));
+    for (int i = 0; i < levels; ++i) {
+      const double added = scale * distribution.quantile(static_cast<int>(parameter), (i + 0.5) / levels);
+      for (const double before : quantiles_) sums.push_back(before + added);
+    }
     std::ranges::sort(sums);
     quantiles_.clear();
     for (std::size_t i = 0; i < levels; ++i) quantiles_.push_back(sums[(2 * i + 1) * sums.size() / (2 * levels)]);
@@ -302,6 +303,17 @@ std::vector<OwnChange> compute_own_changes(const Report& report, std::span<const
     }
   }
   return found;
+}
+
+void add_own_changes(const std::vector<OwnChange>& own, Result& result) {
+  for (Change& change : result.changes) {
+    const Visit &first = result.visits[change.first], &second = result.visits[change.second];
+    const auto found = std::ranges::find_if(own, [&](const OwnChange& one) {
+      return one.participant == first.participant && one.first == result.cells[first.cell].name() &&
+             one.second == result.cells[second.cell].name();
+    });
+    if (found != own.end()) change.own = found->difference;
+  }
 }
 
 }  // namespace decid::cohort

@@ -46,11 +46,14 @@ std::vector<std::optional<Reliability>> compute_reliability(const Report& report
                                                             const std::string& first, const std::string& second,
                                                             std::optional<double> mgh_nm_rad = {});
 
-/// Returns the changes of participants in both cells, by the distributions of their own recordings: for cells that the
-/// hierarchical model lacks, as of one person. The interval holds the recordings' uncertainty; that visits and trials
-/// of a person differ by themselves is not part of it. Several recordings of a cell count with their mean. Leaves out
-/// recordings without a distribution of the inferred parameters. mgh_nm_rad: as above.
+/// Returns the changes of participants in both cells, by the distributions of their own recordings only. The interval
+/// holds the recordings' uncertainty; that visits and trials of a person differ by themselves is not part of it.
+/// Several recordings of a cell count with their mean. Leaves out recordings without a distribution of the inferred
+/// parameters. mgh_nm_rad: as above.
 std::vector<OwnChange> compute_own_changes(const Report& report, std::span<const Recording> members,
                                            const std::string& first, const std::string& second, double mgh_nm_rad);
+
+/// Sets Change::own of a hierarchical model's changes.
+void add_own_changes(const std::vector<OwnChange>& own, Result& result);
 
 }  // namespace decid::cohort

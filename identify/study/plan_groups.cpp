@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "base/error.hpp"
+#include "base/name_order.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
 #include "identify/study/detail/contradictions.hpp"
@@ -70,6 +71,28 @@ void refuse_thousands(const std::vector<std::string>& cells, const std::string& 
                 "write its numbers without separators between thousands, and with decimal points");
 }
 
+/// Throws Error if compared recordings have two labels of a column that differ, but are one value in the order of
+/// names: 01 and 1, 5.3.2024 and 2024-03-05.
+void refuse_two_labels(const RecordingPlan& plan, const GroupTable& groups, std::string GroupMember::*label,
+                       const std::string& column) {
+  std::map<std::string, std::size_t> first;  // recordings of each label
+  for (std::size_t i = 0; i < groups.members.size(); ++i) {
+    const std::string& here = groups.members[i].*label;
+    if (groups.members[i].group.empty() || here.empty() || !first.try_emplace(here, i).second) continue;
+    for (const auto& [other, place] : first) {
+      if (other == here || !are_equal_in_order(text_key(other), text_key(here))) continue;
+      const auto where = [&](std::size_t at) {
+        const PlannedRecording& it = plan.recordings[at];
+        return it.line.empty() ? it.source.name() : it.line;
+      };
+      throw Error(Code::value_invalid, where(i),
+                  "has the " + column + " \"" + here + "\", and " + where(place) + " has \"" + other +
+                      "\", which is the same number or day",
+                  "write one spelling of each " + column);
+    }
+  }
+}
+
 }  // namespace
 
 const std::string& Spelling::operator()(const std::string& text) {
@@ -99,7 +122,9 @@ GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group) {
     member.participant = has_participant(it) ? of_participant(it.entry.participant) : it.source.name();
     member.sheet_session = of_session(it.entry.session);
     member.sheet_condition = of_condition(it.entry.condition);
+    if (member.group.empty()) member.missing = "group";
   }
+  refuse_two_labels(plan, groups, &GroupMember::group, "group");
   return groups;
 }
 
@@ -139,11 +164,13 @@ std::size_t compare_within(const std::string& column, const RecordingPlan& plan,
     member.*to = spelling(plan.recordings[i].entry.*from);
     if ((member.*to).empty()) {
       member.group.clear();
+      member.missing = column;
       ++left_out;
     } else {
       values.insert(member.*to);
     }
   }
+  refuse_two_labels(plan, groups, to, column);
   if (values.size() < 2)
     throw Error(Code::value_missing, where,
                 "the compared recordings have " + counted(static_cast<long long>(values.size()), column),
@@ -181,6 +208,11 @@ std::vector<double> read_covariate(const RecordingPlan& plan, const std::string&
                   "column " + column + " of " + plan.recordings[i].source.name() + " has '" + cells[i] +
                       "', which is not a number",
                   "write numbers, such as 0 and 1 for two kinds, or n/a");
+    if (value && names_ages(column) && (*value < 1.0 || *value > 120.0))
+      throw Error(Code::value_invalid, where,
+                  "column " + column + " of " + plan.recordings[i].source.name() + " has '" + cells[i] +
+                      "', which is not an age from 1 to 120 years",
+                  "give ages in years, or n/a");
     values.push_back(value.value_or(none));
   }
   return values;

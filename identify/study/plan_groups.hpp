@@ -31,7 +31,8 @@ std::vector<std::string> split_columns(const std::string& text);
 
 /// Returns the group and the person of every recording, by its line of the sheet. Letter case does not count in these
 /// texts. by_group: false puts all recordings in cohort::everyone. Throws Error if by_group and the sheet has no column
-/// "group", and if only some lines of recordings name their participant (RecordingPlan::nameless).
+/// "group", if only some lines of recordings name their participant (RecordingPlan::nameless), and for two groups that
+/// are equal in NameOrder, such as 01 and 1.
 GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group);
 
 /// Throws Error for fewer groups than `min_groups`, and for two groups that share some people, but fewer than half of
@@ -41,13 +42,13 @@ void refuse_groups(const std::vector<GroupMember>& members, const std::string& w
                    const RecordingPlan* plan = nullptr);
 
 /// Compares the sessions or the conditions of the sheet, too. column: "session" or "condition". Leaves out recordings
-/// without one, and returns their number. Throws Error for another column, a plan without a sheet, and fewer than two
-/// values.
+/// without one, and returns their number. Throws Error for another column, a plan without a sheet, fewer than two
+/// values, and two that are equal in NameOrder, such as 5.3.2024 and 2024-03-05.
 std::size_t compare_within(const std::string& column, const RecordingPlan& plan, GroupTable& groups);
 
 /// Returns the numbers in a column of the plan's sheet, one per recording; NaN: n/a. Weights are in kg, heights in m.
-/// Throws Error for a plan without a sheet, a column that the sheet does not have, a text that is not a number, and
-/// numbers that seem to have commas between thousands.
+/// Throws Error for a plan without a sheet, a column that the sheet does not have, a text that is not a number,
+/// numbers that seem to have commas between thousands, and ages outside of 1 to 120 years.
 std::vector<double> read_covariate(const RecordingPlan& plan, const std::string& column);
 
 /// Adds a covariate: a column of numbers. Throws Error as read_covariate() does, for fewer than two values, for codes

@@ -456,7 +456,13 @@ TEST_CASE("cohort: persons in both groups have a reliability and changes") {
   REQUIRE(groups.hierarchical);
   CHECK(groups.hierarchical->comparisons[0].participants_in_both == 3);
   CHECK(groups.hierarchical->changes.size() == 3);
-  CHECK(groups.own_changes.empty());
+  REQUIRE(groups.own_changes.size() == 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const decid::cohort::Change& change = groups.hierarchical->changes[i];
+    REQUIRE(change.own.size() == 7);
+    CHECK(groups.hierarchical->visits[change.first].participant == groups.own_changes[i].participant);
+    CHECK(change.own[0].interval95 == groups.own_changes[i].difference[0].interval95);
+  }
   REQUIRE(groups.reliability.size() == 1);
   REQUIRE(groups.reliability[0].size() == 7);
   REQUIRE(groups.reliability[0][0]);

@@ -82,6 +82,15 @@ TEST_CASE("add_covariate: what the model of groups cannot tell is refused") {
   check_error([&] { add("of_some", false); }, Code::value_missing, "group y");
   check_error([&] { add("code", false); }, Code::value_invalid, "-99");
   CHECK_NOTHROW(add("steps", false));  // 999 is among the others
+  for (const char* age : {"0", "0,9", "121", "660", "1958", "-5"}) {
+    CAPTURE(age);
+    const RecordingPlan ages = plan_of_text(
+        folder,
+        "participant_id\tfile\tAlter\tcode\nA\ta.csv\t60\t60\nB\tb.csv\t" + std::string(age) + "\t" + age + "\n",
+        {"a.csv", "b.csv"}, Choice::by_sheet);
+    check_error([&] { read_covariate(ages, "Alter"); }, Code::value_invalid, std::string("'") + age + "'");
+    CHECK(read_covariate(ages, "code").size() == 2);
+  }
 }
 
 TEST_CASE("groups of a plan: sessions, conditions and covariates of its sheet") {
@@ -172,6 +181,35 @@ TEST_CASE("groups of a plan: columns of a sheet that names nobody, and sessions 
   CHECK(groups.members[0].cell() == "1");
   CHECK(groups.members[2].cell() == "1");
   CHECK(groups.members[3].cell() == "10");
+}
+
+TEST_CASE("groups of a plan: labels that are one number or day are refused, recordings without one say which") {
+  const TemporaryFolder folder;
+  const std::vector<std::string> files{"a.csv", "b.csv", "c.csv", "d.csv"};
+  const auto plan_with = [&](const std::string& one, const std::string& other) {
+    return plan_of_text(folder,
+                        "participant_id\tfile\tsession\tcondition\tgroup\nA\ta.csv\t" + one + "\t" + one +
+                            "\tx\nA\tb.csv\t" + other + "\t" + other + "\tx\nB\tc.csv\t7\t7\ty\nC\td.csv\t\t\t\n",
+                        files, Choice::by_sheet);
+  };
+  for (const auto& [one, other] : std::vector<std::pair<std::string, std::string>>{
+           {"01", "1"}, {"5.3.2024", "2024-03-05"}, {"05/03/2024", "5/3/2024"}, {"Month 3", "month 03"}}) {
+    CAPTURE(one);
+    const RecordingPlan plan = plan_with(one, other);
+    for (const char* column : {"session", "condition"}) {
+      GroupTable groups = groups_of_plan(plan, false);
+      check_error([&] { compare_within(column, plan, groups); }, Code::value_invalid, "participants.tsv, line 3");
+    }
+  }
+  const RecordingPlan plan = plan_with("1", "2");
+  GroupTable groups = groups_of_plan(plan, false);
+  CHECK(compare_within("session", plan, groups) == 1);
+  CHECK(groups.members[2].missing.empty());
+  CHECK(groups.members[3].missing == "session");
+  CHECK(groups_of_plan(plan, true).members[3].missing == "group");
+  const RecordingPlan of_groups = plan_of_text(folder, "file\tgroup\na.csv\t01\nb.csv\t2\nc.csv\t1\n",
+                                               {"a.csv", "b.csv", "c.csv"}, Choice::by_sheet);
+  check_error([&] { groups_of_plan(of_groups, true); }, Code::value_invalid, "participants.tsv, line 4");
 }
 
 TEST_CASE("groups of a plan: lines without a participant, as of merged cells, are errors, and groups refuse them") {

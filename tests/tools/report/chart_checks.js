@@ -42,6 +42,9 @@ addEventListener("load", () => setTimeout(() => {
     }
     for (const image of document.querySelectorAll("svg image")) wrong.push(await wrongPicture(image.getAttribute("href")));
     for (const image of document.querySelectorAll("img")) wrong.push((await wrongPicture(image.src)) && image.alt);
+    // The ends of an interval keep their side of 0.
+    if (typeof fixed === "function" && fixed(-0.0001, 2) !== "0.00") wrong.push("0 has a minus");
+    if (typeof between === "function" && between([-0.0004, 0.0004], 3) !== "\u22120.00040 to 0.00040") wrong.push("an end is rounded to 0");
     const found = wrong.filter(text => text !== "");
     document.body.dataset.charts = `${wrong.length - found.length}/${wrong.length}`;
     if (found.length > 0) document.body.dataset.wrong = found[0];

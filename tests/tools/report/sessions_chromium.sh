@@ -11,5 +11,8 @@ reliability=$(count '<table class="answer compared reliability">') changes=$(cou
 detectable=$(count '<td class="number" data-heading="MDC">') chance=$(count 'The [0-9]* intervals are not adjusted')
 # The later session is the minuend.
 later=$(count '<h3>Change: [^<]*, after minus [^<]*, before, each person</h3>')
+own=$(count '<small>own [^<]* to [^<]*</small>')
+echo "sessions_chromium: $own changes by a person's own recordings"
+[[ $own -gt 0 && $((own % 7)) == 0 ]]
 echo "sessions_chromium: $reliability tables of reliability with $detectable detectable changes, $changes of changes"
 [[ $reliability == 2 && $detectable == 14 && $changes == 2 && $chance == 2 && $later == 2 ]]

@@ -95,8 +95,9 @@ std::string left_out_text(const Report& report) {
     const std::string& reason = report.groups->left_out[i];
     if (reason.empty()) continue;
     ++count;
-    text += "    " + one_line(report.recordings[i].file) + " (" + one_line(report.groups->table.members[i].cell()) +
-            "): " + reason + "\n";
+    const std::string cell = report.groups->table.members[i].cell();
+    text += "    " + one_line(report.recordings[i].file) + (cell.empty() ? "" : " (" + one_line(cell) + ")") + ": " +
+            reason + "\n";
   }
   return count == 0 ? text : "  Left out: " + counted(count, "recording") + "\n" + text;
 }
@@ -237,45 +238,48 @@ std::string reliability_text(const Report& report, const sim::ParameterTable& ta
   return "Repeated visits: how reliable is a value?\n" + text +
          "  SEM: standard error of measurement. MDC: minimal detectable change of the printed values. These show only "
          "a part\n  of a person's change: decid detects a true change above MDC / shown. -: the data do not determine "
-         "it.\n";
+         "it.\n  SEM and MDC include the effect of a treatment between the visits: use the MDC of people who were not "
+         "treated.\n";
 }
 
 /// Returns how many intervals of persons' changes a call prints, and what their number means.
-std::string unadjusted_text(std::size_t people, std::size_t parameters) {
-  return format(
-      "  Above 0: higher in the first-named. The %zu intervals are not adjusted for their number: about 1 of 20 "
-      "excludes "
-      "0 by chance.\n",
-      people * parameters);
+std::string unadjusted_text(std::size_t people, std::size_t parameters, const char* what) {
+  return format("  Above 0: higher in the first-named. The %zu intervals are not adjusted for their number: %s.\n",
+                people * parameters, what);
 }
 
-/// Returns each person's changes, with a star where the 95% interval excludes 0.
+/// Returns each person's changes, with a star where both 95% intervals exclude 0; a heading for each comparison.
 std::string changes_text(const cohort::Result& found, const sim::ParameterTable& table) {
   if (found.changes.empty()) return {};
-  std::size_t width = 0;
+  const std::string own = "  own";
+  std::size_t width = own.size();
   for (const cohort::Change& change : found.changes)
     width = std::max(width, one_line(found.visits[change.first].participant).size());
-  std::string text =
-      "Changes of each person, hierarchical model (* the 95% interval excludes 0; else within measurement error; "
-      "intervals: --json):\n" +
-      unadjusted_text(found.changes.size(), table.size());
-  std::size_t comparison = found.comparisons.size();
-  for (const cohort::Change& change : found.changes) {
-    if (change.comparison != comparison) {
-      comparison = change.comparison;
-      text += "  " + difference_name(found, found.comparisons[comparison]) + "\n    " + std::string(width, ' ');
-      for (const sim::ParameterInfo& info : table) text += format(" %12s", name_and_unit(info).c_str());
-      text += "\n";
-    }
-    std::string name = one_line(found.visits[change.first].participant);
+  const auto row = [&](std::string name, const auto& cell_of) {
     name.resize(width, ' ');
-    text += "    " + name;
-    for (std::size_t p = 0; p < table.size(); ++p) {
-      const std::string value = format(change.changed(p) ? "*%.3g" : "%.3g", change.difference[p].mean);
-      // as wide as its heading
-      text += format(" %*s", std::max(12, static_cast<int>(name_and_unit(table[p]).size())), value.c_str());
+    std::string text = "    " + name;
+    for (std::size_t p = 0; p < table.size(); ++p)  // as wide as its heading
+      text += format(" %*s", std::max(12, static_cast<int>(name_and_unit(table[p]).size())), cell_of(p).c_str());
+    return text + "\n";
+  };
+  std::string text =
+      "Changes of each person: by the hierarchical model, which borrows from the group's mean change, and below by the "
+      "person's\nown recordings only. *: the 95% intervals of both exclude 0; else within measurement error; "
+      "intervals: "
+      "--json\n" +
+      unadjusted_text(found.changes.size(), table.size(), "at most about 1 of 20 has a star by chance");
+  for (std::size_t comparison = 0; comparison < found.comparisons.size(); ++comparison) {
+    std::string rows;
+    for (const cohort::Change& change : found.changes) {
+      if (change.comparison != comparison) continue;
+      rows += row(one_line(found.visits[change.first].participant), [&](std::size_t p) {
+        return format(change.changed(p) ? "*%.3g" : "%.3g", change.difference[p].mean);
+      });
+      if (!change.own.empty()) rows += row(own, [&](std::size_t p) { return format("%.3g", change.own[p].mean); });
     }
-    text += "\n";
+    if (!rows.empty())
+      text += "  " + difference_name(found, found.comparisons[comparison]) + "\n" +
+              row("", [&](std::size_t p) { return name_and_unit(table[p]); }) + rows;
   }
   return text;
 }
@@ -285,7 +289,7 @@ std::string own_changes_text(const std::vector<cohort::OwnChange>& changes, cons
   if (changes.empty()) return {};
   const std::vector<std::string> labels = row_labels(table);
   std::string text = "Changes of each person, by the uncertainty of this person's recordings only:\n" +
-                     unadjusted_text(changes.size(), table.size());
+                     unadjusted_text(changes.size(), table.size(), "about 1 of 20 excludes 0 by chance");
   for (const cohort::OwnChange& change : changes) {
     text += "  " + one_line(change.participant) + ": " + one_line(change.first) + " minus " + one_line(change.second) +
             "\n" + headings(labels, format(" %12s %24s", "difference", "95% interval"));
@@ -328,10 +332,12 @@ std::string groups_text(const Report& report) {
         "  %zu parameters were compared%s: %zu adjusted intervals (Bonferroni), with a joint coverage of at least "
         "95%%.\n",
         parameters.size(), pairs.c_str(), found.intervals);
-  text += reliability_text(report, parameters) + own_changes_text(report.groups->own_changes, parameters);
+  text += reliability_text(report, parameters);
   if (report.groups->hierarchical)
     text +=
         cohort_text(*report.groups->hierarchical, parameters) + changes_text(*report.groups->hierarchical, parameters);
+  else
+    text += own_changes_text(report.groups->own_changes, parameters);
   return text + without_distribution_text(report) + left_out_text(report);
 }
 

@@ -63,7 +63,7 @@ Json covariate_json(const cohort::Covariate& covariate, const sim::ParameterTabl
 ///                    "probability_of_direction"}]}],
 ///    "variance": [{"name", "participant_sd", "visit_sd", "trial_sd", "measurement_sd"}],
 ///    "changes": [{"participant_id", "groups": [a, b], "parameters": [{"name", "difference", "interval95",
-///    "changed"}]}]}
+///    "own_difference", "own_interval95", "changed"}]}]}
 /// and null without a hierarchical model.
 Json cohort_json(const Report& report) {
   if (!report.groups || !report.groups->hierarchical) return nullptr;
@@ -102,6 +102,10 @@ Json cohort_json(const Report& report) {
                        {"parameters", each_parameter(parameters, [&](std::size_t p, Json& one) {
                           one["difference"] = change.difference[p].mean;
                           one["interval95"] = change.difference[p].interval95;
+                          if (!change.own.empty()) {
+                            one["own_difference"] = change.own[p].mean;
+                            one["own_interval95"] = change.own[p].interval95;
+                          }
                           one["changed"] = change.changed(p);
                         })}});
   }
@@ -121,7 +125,7 @@ Json cohort_json(const Report& report) {
           {"changes", std::move(changes)}};
 }
 
-/// Returns a list as "changes" of the hierarchical model, of people whom it lacks.
+/// Returns a list as "changes" of the hierarchical model, by each person's own recordings.
 Json own_changes_json(const Report& report) {
   Json changes = Json::array();
   const sim::ParameterTable parameters = report.compared_parameters();
@@ -213,7 +217,8 @@ Json groups_json(const Report& report) {
   for (const GroupPair& pair : found.pairs) comparisons.push_back(pair_json(pair, found.groups, parameters));
   for (std::size_t i = 0; i < report.recordings.size(); ++i)
     if (const std::string& reason = report.groups->left_out[i]; !reason.empty())
-      left_out.push_back({{"file", report.recordings[i].file}, {"group", table.members[i].cell()}, {"reason", reason}});
+      left_out.push_back(
+          {{"file", report.recordings[i].file}, {"group", text_or_null(table.members[i].cell())}, {"reason", reason}});
   Json without = Json::array(), reasons = Json::array(), too_small = Json::array();
   for (const cohort::WithoutEvidence& one : report.groups->without_distribution) {
     without.push_back(report.recordings[one.recording].file);

@@ -23,7 +23,7 @@ function element(tag, attributes = {}, ...children) {
 
 const absent = value => value === null || value === undefined;
 const minus = text => text.replace("-", "\u2212");
-const fixed = (value, decimals) => absent(value) ? "n/a" : minus(value.toFixed(decimals));
+const fixed = (value, decimals) => absent(value) ? "n/a" : minus(value.toFixed(decimals).replace(/^-(0\.?0*)$/, "$1"));  // no minus before 0
 const compact = value => absent(value) ? "n/a" : minus(String(Number(value.toPrecision(3))));
 const percent = value => absent(value) ? "n/a" : fixed(100 * value, 0) + "%";
 // Units as they follow a figure. Degrees have no blank before their sign: inDegrees.

@@ -34,7 +34,10 @@ const columnHead = (text, small, kind = "number") => element("th", { scope: "col
 const cell = (heading, text) => element("td", { class: text === "\u2013" ? "number none" : "number", "data-heading": heading }, text);
 const nameCell = parameter => element("th", { scope: "row" }, parameter.description, element("span", { class: "description" }, symbolAndUnit(parameter)));
 
-const between = ([low, high], decimals) => `${fixed(low, decimals)} to ${fixed(high, decimals)}`;
+// An end that would round to 0 has two significant digits: its sign says on which side of 0 the interval ends.
+const endOf = (value, decimals) => absent(value) || value === 0 || Number(value.toFixed(decimals)) !== 0 ? fixed(value, decimals)
+  : fixed(value, Math.min(12, 1 - Math.floor(Math.log10(Math.abs(value)))));
+const between = ([low, high], decimals) => `${endOf(low, decimals)} to ${endOf(high, decimals)}`;
 // --fix, or a controller by convention, gives these parameters one value.
 const isFixed = parameter => parameter.fixed === true || parameter.sd === 0;
 const digitsOf = parameter => Math.min(12, decimalsOf(parameter));

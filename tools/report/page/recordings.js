@@ -64,7 +64,8 @@ function failures(what) {
 
 const groupColours = ["--draw", "--again", "--third", "--fourth"];
 const groupOf = index => report.groups ? report.groups.members[index].group : "";
-const reasons = { tilt_of_other_size: "platform tilted by another angle", "not usable": "not usable", error: "not analysed" };
+const reasons = { tilt_of_other_size: "platform tilted by another angle", "not usable": "not usable", error: "not analysed",
+  without_group: "without a group", without_session: "without a session", without_condition: "without a condition" };
 // Returns why a comparison of groups leaves out a recording, or nothing.
 const leftOut = index => report.groups ? report.groups.members[index].left_out : "";
 const peopleText = count => count === 1 ? "1 person" : `${count} people`;
@@ -246,7 +247,8 @@ function reliabilityTable({ groups, participants, parameters }) {
   });
   return element("div", {}, element("h3", {}, `${groups[0]} and ${groups[1]}, reliability`), element("div", { class: "scroll" }, element("table", { class: "answer compared reliability" },
     element("caption", {}, `${peopleText(participants)} in both. SEM: standard error of measurement. MDC: minimal detectable change of the values above. These show only a part of a ` +
-      "person\u2019s change: decid detects a true change above MDC / shown. n/a: the data do not determine it."),
+      "person\u2019s change: decid detects a true change above MDC / shown. n/a: the data do not determine it. " +
+      "SEM and MDC include the effect of a treatment between the visits: use the MDC of people who were not treated."),
     element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), ...["ICC(2,1)", "95% interval", "SEM", "MDC", "Shown"].map(numberHeading))),
     element("tbody", {}, ...rows))));
 }
@@ -257,15 +259,18 @@ function changesTables() {
   return [...new Set(changes.map(nameOf))].map(name => {
     const here = changes.filter(change => nameOf(change) === name), shown = here[0].parameters.map(shownAs);
     const cautious = here.filter(({ caution }) => caution).map(({ participant_id: person }) => person).join(", ");
-    const changeCell = ({ difference, interval95, changed }, p) => {
+    const changeCell = ({ difference, interval95, own_difference: ownDifference, own_interval95: ownInterval, changed }, p) => {
       const { factor } = shown[p], decimals = decimalsOf(shown[p]), made = cell(shown[p].name, fixed(factor * difference, decimals));
-      made.append(" ", element("small", {}, between(interval95.map(value => factor * value), decimals)));
+      const interval = ends => between(ends.map(value => factor * value), decimals);
+      made.append(" ", element("small", {}, interval(interval95)));
+      if (!absent(ownDifference)) made.append(" ", element("small", {}, `own ${fixed(factor * ownDifference, decimals)}, ${interval(ownInterval)}`));
       if (changed) made.classList.add("strong");
       return made;
     };
     return element("div", {}, element("h3", {}, `Change: ${name}, each person`), element("div", { class: "scroll" }, element("table", { class: "recordings changes" },
-      element("caption", {}, `Differences${model ? " by the hierarchical model" : ""} with 95% intervals: bold where these leave out 0, else within measurement error. Above 0: higher in the first-named. ` +
-        `The ${here.length * shown.length} intervals are not adjusted for their number: about 1 of 20 leaves out 0 by chance.` +
+      element("caption", {}, (model ? "Differences with 95% intervals by the hierarchical model, which borrows from the group\u2019s mean change, and by the person\u2019s own recordings only (own): bold where both intervals leave out 0"
+        : "Differences with 95% intervals: bold where these leave out 0") + ", else within measurement error. Above 0: higher in the first-named. " +
+        `The ${here.length * shown.length} intervals are not adjusted for their number: ${model ? "at most about 1 of 20 is bold" : "about 1 of 20 leaves out 0"} by chance.` +
         (cautious ? ` A recording has a caution, so intervals may be too narrow: ${cautious}.` : "")),
       element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Person"), ...shown.map(parameter => numberHeading(symbolAndUnit(parameter))))),
       element("tbody", {}, ...here.map(({ participant_id: person, parameters }) => element("tr", {}, element("th", { scope: "row" }, person), ...parameters.map(changeCell)))))));
@@ -282,7 +287,7 @@ function groupNotes() {
     !differ ? null : element("p", { class: "about" }, `Stiffness and damping are scaled to one body, of m g h = ${mgh < 100 ? compact(mgh) : fixed(mgh, 0)} N m/rad. The values of each recording, and --table, are for the person\u2019s own body.`),
     notInferred.length === 0 ? null : element("p", { class: "about" }, `Fixed, and so not compared: ${notInferred.join(", ")}.`),
     out.length === 0 ? null : element("p", { class: "about" }, `Left out: ${out.length} ${out.length === 1 ? "recording" : "recordings"}: ` +
-      out.map(({ file, group, reason }) => `${file} (${group}; ${reasons[reason]})`).join(", ") + "."));
+      out.map(({ file, group, reason }) => `${file} (${absent(group) ? "" : group + "; "}${reasons[reason]})`).join(", ") + "."));
 }
 
 // Draws the table of recordings. valueCell: returns the cell of a parameter; last: the last column's heading, and its
@@ -294,7 +299,7 @@ function recordingTable(valueCell, [heading, last]) {
     link.addEventListener("click", () => show(index));
     return element("tr", {},
       element("th", { scope: "row", class: "file" }, link, recording.trust === "usable" ? null : element("span", { class: "description" }, recording.trust)),
-      grouped ? element("td", {}, groupOf(index) + (leftOut(index) ? ", left out" : "")) : null,
+      grouped ? element("td", {}, [groupOf(index), leftOut(index) ? "left out" : ""].filter(Boolean).join(", ")) : null,
       ...recording.parameters.map(parameter => element("td", { class: "number" }, valueCell(parameter))),
       element("td", { class: "number" }, last(recording)));
   });

@@ -33,6 +33,8 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
   broken.error = decid::Error(decid::Code::file_damaged, "broken.csv", "none", "try");
   add(report, table, "b", "b2", broken);
   add(report, table, "", "", recording("elsewhere.csv", 1e6));
+  add(report, table, "", "a1", recording("unsorted.csv", 1e6));
+  table.members.back().missing = "session";
 
   const Json found = compared(report, table);
   REQUIRE(found["groups"].size() == 2);
@@ -55,7 +57,8 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
   CHECK(settings["adjustment"] == "bonferroni");
   CHECK(settings["left_out"] == Json{{{"file", "bad.csv"}, {"group", "b"}, {"reason", "not usable"}},
                                      {{"file", "twice.csv"}, {"group", "a"}, {"reason", "tilt_of_other_size"}},
-                                     {{"file", "broken.csv"}, {"group", "b"}, {"reason", "error"}}});
+                                     {{"file", "broken.csv"}, {"group", "b"}, {"reason", "error"}},
+                                     {{"file", "unsorted.csv"}, {"group", nullptr}, {"reason", "without_session"}}});
   CHECK(settings["unused_lines"] == Json{{{"line", 7}, {"file", "gone.csv"}}});
   CHECK(settings["bodies_differ"] == false);
   CHECK(settings["assumed_bodies"] == 19);
@@ -66,13 +69,14 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
   CHECK(recordings[20]["participant_id"] == "a1");
   CHECK_FALSE(recordings[22].contains("group"));
 
+  CHECK(contains(groups_text(report), "    unsorted.csv: without_session\n"));
   CHECK(contains(groups_text(report), "a: 5 people, 15 recordings\n    Kp              856.8 +- 63.4 N m/rad\n"));
   CHECK(groups_text({}).empty());
-  CHECK(decid::tools::summary_text(report).starts_with("23 recordings: 5 usable, 16 caution, 1 not usable, 1 not"));
+  CHECK(decid::tools::summary_text(report).starts_with("24 recordings: 6 usable, 16 caution, 1 not usable, 1 not"));
   CHECK(decid::tools::summary_text({}).empty());
 
   const Json page = decid::tools::page_groups(report);
-  REQUIRE(page["members"].size() == 22);
+  REQUIRE(page["members"].size() == 23);
   CHECK(page["members"][20] == Json{{"group", "a"}, {"left_out", "tilt_of_other_size"}});
   CHECK(page["members"][21] == Json{{"group", ""}, {"left_out", ""}});
   CHECK(decid::tools::page_groups({}).is_null());
@@ -190,12 +194,66 @@ TEST_CASE("groups of recordings with distributions also have a hierarchical mode
   const std::size_t above = text.rfind('\n', text.find("\n    s0 ") - 1);
   const std::string heading = text.substr(above, text.find("\n    s0 ") - above);
   CHECK(contains(heading, " Kp, N m/rad "));
-  CHECK(heading.size() == person.size());         // the columns stand below their headings
+  CHECK(heading.size() == person.find('\n', 1));  // the columns stand below their headings
+  CHECK(contains(person, "\n      own "));
   const std::string whole = report_text(report);  // the verdicts stand above the recordings
   CHECK(whole.starts_with("6 recordings: 6 usable\nWhat differs?"));
   CHECK(whole.find("Groups: mean") > whole.find("f ()"));
   CHECK(decid::tools::page_groups(report)["verdicts"]["sentences"].size() == 1);
   CHECK(decid::tools::page_groups(report)["hierarchical"]["draws"] == 4000);
+}
+
+TEST_CASE("a person who does not change among people who do has no star") {
+  // Recordings are uncertain, so the hierarchical model moves s0 towards the change of the others.
+  Report report;
+  GroupTable table{"subject", {}};
+  for (const bool is_first : {true, false})
+    for (int i = 0; i < 10; ++i) {
+      std::vector<double> outputs(1, 0.0);
+      outputs.resize(7, 0.0);
+      outputs.push_back(is_first || i == 0 ? 0.5 : -0.9);  // of the delay's coordinate
+      outputs.resize(15, 0.7);
+      outputs.resize(decid::mixture_outputs(1, 7), 0.0);
+      RecordingResult made = recording("f", 900.0);
+      made.estimate.distribution = decid::ParameterDistribution(decid::Mixture(1, 7, outputs), report.ranges());
+      made.estimate.parameters[6] = made.estimate.distribution->mean(6);
+      add(report, table, is_first ? "1" : "2", "s" + std::to_string(i), made);
+    }
+  const Json found = compared(report, table);
+  const Json& changes = found["hierarchical"]["changes"];
+  REQUIRE(changes.size() == 10);
+  REQUIRE(found["own_changes"].size() == 10);
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    CAPTURE(i);
+    const Json &delay = changes[i]["parameters"][6], &own = found["own_changes"][i]["parameters"][6];
+    CHECK(changes[i]["participant_id"] == found["own_changes"][i]["participant_id"]);
+    CHECK(delay["own_difference"] == own["difference"]);
+    CHECK(delay["own_interval95"] == own["interval95"]);
+    CHECK(delay["interval95"][0].get<double>() > 0.0);
+    CHECK(delay["changed"] == own["changed"]);
+    CHECK(delay["changed"] == (i != 0));
+  }
+}
+
+TEST_CASE("people compared in several sessions have a heading for each pair of sessions") {
+  Report report;
+  GroupTable table{"subject", {}};
+  std::vector<double> outputs(8, 0.0);
+  outputs.resize(15, 1.2);
+  outputs.resize(decid::mixture_outputs(1, 7), 0.0);
+  for (const char* session : {"1", "2", "3"})
+    for (int i = 0; i < 2; ++i) {
+      RecordingResult made = recording("f", 900.0);
+      made.estimate.distribution = decid::ParameterDistribution(decid::Mixture(1, 7, outputs), report.ranges());
+      add(report, table, session, "s" + std::to_string(i), made);
+    }
+  compared(report, table);
+  const std::string text = groups_text(report), changes = text.substr(text.find("Changes of each person"));
+  for (const char* pair : {"\n  1 minus 2\n", "\n  1 minus 3\n", "\n  2 minus 3\n"}) {
+    CAPTURE(pair);
+    REQUIRE(contains(changes, pair));
+    CHECK(changes.find(pair) == changes.rfind(pair));
+  }
 }
 
 TEST_CASE("one person's two visits have a change with its interval") {

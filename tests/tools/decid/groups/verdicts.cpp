@@ -46,6 +46,40 @@ TEST_CASE("group_verdicts: the parameters whose deciding interval leaves out 0, 
   CHECK(decid::tools::group_verdicts({}).sentences.empty());
 }
 
+TEST_CASE("group_verdicts: a difference of changes names both changes, and where they are") {
+  Report report;
+  decid::cohort::Result& model = report.groups.emplace().hierarchical.emplace();
+  for (const char* group : {"controls", "patients"})
+    for (const char* session : {"1", "2"}) {
+      decid::cohort::Cell& cell = model.cells.emplace_back();
+      cell.group = group;
+      cell.session = session;
+    }
+  const auto effects = [](double nv, double delay, std::array<double, 2> of_nv) {
+    std::vector<decid::cohort::Effect> all(7);
+    for (decid::cohort::Effect& effect : all) effect.simultaneous95 = {-1.0, 1.0};
+    all[4].difference.mean = nv;
+    all[4].simultaneous95 = of_nv;
+    all[6].difference.mean = delay;
+    all[6].simultaneous95 = {-0.03, -0.01};
+    return all;
+  };
+  model.comparisons = {{1, 0, 0, effects(0.012, 0.0, {-1.0, 1.0})}, {3, 2, 0, effects(-0.103, 0.02, {-1.0, 1.0})}};
+  model.interactions = {{0, 1, effects(0.115, -0.02, {0.03, 0.2})}};
+  std::vector<std::string> found = decid::tools::group_verdicts(report).sentences;
+  REQUIRE(found.size() == 3);
+  CHECK(contains(found[2], "Nv: 0.012 in controls, -0.103 in patients; difference of the changes 0.115 [0.03, 0.2]"));
+  CHECK(contains(found[2], "delay: 0 ms in controls, 20 ms in patients; difference of the changes -20 ms [-30, -10]"));
+  CHECK(found[2].starts_with("2 minus 1, in controls and in patients: "));
+  for (decid::cohort::Cell& cell : model.cells) {
+    cell.condition = cell.session == "1" ? "EO" : "EC";
+    cell.session = cell.group == "controls" ? "1" : "2";
+    cell.group = decid::cohort::everyone;
+  }
+  found = decid::tools::group_verdicts(report).sentences;
+  CHECK(found[2].starts_with("EC minus EO, in session 1 and in session 2: "));
+}
+
 TEST_CASE("verdicts: chains of the hierarchical model that disagree are noted") {
   Report report;
   GroupTable table{"subject", {}};
@@ -115,6 +149,41 @@ TEST_CASE(
   CHECK(found.sentences[0].starts_with("session 2 and session 1: "));
   CHECK(found.sentences[2].starts_with("session 10 and session 2: "));  // by their numbers
   CHECK(found.notes.empty());
+}
+
+TEST_CASE("verdicts: groups, sessions and conditions of any size that may be one, misspelled, are noted") {
+  const auto notes_of = [](const std::vector<std::string>& labels, std::string decid::GroupMember::*column) {
+    Report report;
+    GroupTable table{"subject", {}};
+    double value = 700.0;
+    for (const std::string& label : labels)
+      for (const char* person : {"a", "b", "c"}) {
+        const bool is_group = column == &decid::GroupMember::group;
+        add(report, table, is_group ? label : "all", is_group ? person + label : person, recording("f", value += 1.0));
+        table.members.back().*column = label;
+      }
+    report.groups = decid::report_groups(table, report);
+    return decid::tools::group_verdicts(report).notes;
+  };
+  for (const auto column : {&decid::GroupMember::group, &decid::GroupMember::session, &decid::GroupMember::condition}) {
+    const std::vector<std::string> found = notes_of({"patients", "controls", "patient", "Kontrollen"}, column);
+    REQUIRE(found.size() == 1);
+    CHECK(contains(found[0], "'patient' and 'patients'"));
+    CHECK(notes_of({"eyes opne", "eyes open"}, column).size() == 0);  // of four letters
+    CHECK(notes_of({"eyes closed", "eyes clsed"}, column).size() == 1);
+    for (const auto& other : {std::vector<std::string>{"male", "female"},
+                              {"test", "retest"},
+                              {"DBS on", "DBS off"},
+                              {"EO1", "EC1"},
+                              {"left leg", "right leg"},
+                              {"visit 1", "visit 2"},
+                              {"day 10", "day 100"},
+                              {"pre", "post"},
+                              {"fast", "last"}}) {
+      CAPTURE(other[0]);
+      CHECK(notes_of(other, column).empty());
+    }
+  }
 }
 
 TEST_CASE("verdicts: notes on conditions that differ between groups, on sessions of one person, on unclear dates") {
