@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <iostream>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "base/text.hpp"
 #include "identify/study/find_recordings.hpp"
 #include "identify/study/reading_option.hpp"
@@ -20,6 +23,34 @@ namespace {
 OtherUnits other_lengths(double low, double high) {
   return {.low = low, .high = high, .sizes = {{"cm", 0.01}, {"inches", 0.0254}, {"mm", 0.001}}};
 }
+
+/// An error of recordings, and the lines of the sheet that have it.
+struct ErrorLine {
+  std::string before, after;  ///< the text before and after ", line 3"
+  std::set<std::size_t> numbers = {};
+  long long count = 0;  ///< of recordings
+
+  explicit ErrorLine(const std::string& text) : before(text) {
+    constexpr std::string_view mark = ", line ";
+    const std::size_t at = text.find(mark), digits = at + mark.size();
+    if (at == text.npos) return;
+    const std::size_t end = std::min(text.find_first_not_of("0123456789", digits), text.size());
+    const std::optional<std::size_t> number = number_from<std::size_t>(text.substr(digits, end - digits));
+    if (!number) return;
+    numbers.insert(*number);
+    before = text.substr(0, at);
+    after = text.substr(end);
+  }
+  std::string text() const {
+    constexpr std::size_t max_shown = 10;
+    std::string list;
+    std::size_t shown = 0;
+    for (const std::size_t number : numbers)
+      if (shown++ < max_shown) list += (list.empty() ? "" : ", ") + std::to_string(number);
+    if (numbers.size() > max_shown) list += format(" and %zu others", numbers.size() - max_shown);
+    return before + (list.empty() ? "" : (numbers.size() > 1 ? ", lines " : ", line ") + list) + after;
+  }
+};
 
 /// The value of --tilt-column and --trial for none.
 constexpr const char* no_column = "none";
@@ -230,18 +261,19 @@ void add_truth_option(const Command& command, RecordingFlags& flags) {
 }
 
 void tell_errors(const std::string& command, const std::vector<RecordingResult>& all) {
-  std::vector<std::pair<std::string, long long>> lines;  // each once: a person's line may fail for all recordings
+  std::vector<ErrorLine> lines;  // each once: a person's line may fail for all recordings, and a column in all lines
   for (const RecordingResult& id : all) {
     if (!id.error) continue;
-    const std::string text = one_line(id.error->what());
-    const auto same = std::ranges::find(lines, text, &std::pair<std::string, long long>::first);
-    if (same == lines.end())
-      lines.emplace_back(text, 1);
-    else
-      ++same->second;
+    const ErrorLine here(one_line(id.error->what()));
+    const auto same = std::ranges::find_if(
+        lines, [&](const ErrorLine& one) { return one.before == here.before && one.after == here.after; });
+    ErrorLine& line = same == lines.end() ? lines.emplace_back(here) : *same;
+    line.numbers.insert(here.numbers.begin(), here.numbers.end());
+    ++line.count;
   }
-  for (const auto& [text, count] : lines)
-    std::cerr << "decid: " << text << (count > 1 ? " (" + counted(count, "recording") + ")" : "") << '\n';
+  for (const ErrorLine& line : lines)
+    std::cerr << "decid: " << line.text() << (line.count > 1 ? " (" + counted(line.count, "recording") + ")" : "")
+              << '\n';
   const auto failed = std::ranges::count_if(all, [](const RecordingResult& id) { return id.error.has_value(); });
   if (failed > 0) {
     throw Error(Code::recordings_failed, command,

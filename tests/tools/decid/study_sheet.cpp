@@ -248,6 +248,23 @@ TEST_CASE("an error of a person's line is printed once for all recordings of thi
   CHECK(contains(result.err, "3 recordings"));
 }
 
+TEST_CASE("one error of many lines of a sheet is printed once, with the lines") {
+  const Folder folder;
+  std::string sheet = "file,invert\n";
+  for (int i = 0; i < 14; ++i) {
+    const std::string name = std::to_string(i) + ".csv";
+    write_text(folder / name, "time,sway_deg\n0,1\n");
+    sheet += name + (i == 5 ? ",down\n" : ",up\n");
+  }
+  write_text(folder / "s.csv", sheet);
+  const Result result = run_decid("identify --study " + folder / "s.csv");
+  CHECK(result.code == 2);
+  CHECK(std::ranges::count(result.err, '\n') == 3);
+  CHECK(contains(result.err, "s.csv, lines 2, 3, 4, 5, 6, 8, 9, 10, 11, 12 and 3 others: "));
+  CHECK(contains(result.err, "(13 recordings)"));
+  CHECK(contains(result.err, "s.csv, line 7: "));
+}
+
 TEST_CASE("fit: a study of two bodies and two protocols, each with the bits of a call of its own" *
           doctest::test_suite("long")) {
   const Folder folder;
