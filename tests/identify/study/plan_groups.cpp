@@ -192,8 +192,9 @@ TEST_CASE("groups of a plan: labels that are one number or day are refused, reco
                             "\tx\nA\tb.csv\t" + other + "\t" + other + "\tx\nB\tc.csv\t7\t7\ty\nC\td.csv\t\t\t\n",
                         files, Choice::by_sheet);
   };
-  for (const auto& [one, other] : std::vector<std::pair<std::string, std::string>>{
+  for (const auto& both : std::vector<std::pair<std::string, std::string>>{
            {"01", "1"}, {"5.3.2024", "2024-03-05"}, {"05/03/2024", "5/3/2024"}, {"Month 3", "month 03"}}) {
+    const std::string &one = both.first, &other = both.second;
     CAPTURE(one);
     const RecordingPlan plan = plan_with(one, other);
     for (const char* column : {"session", "condition"}) {

@@ -403,30 +403,32 @@ TEST_CASE("make_plan: two spellings of a person are refused with both lines") {
         write_text(folder / "g.csv", "participant_id;file\n" + one + ";a.csv\nP7;b.csv\n" + other + ";c.csv\n"));
     return make_plan(sheet, {}, choice, {}).sheet->lines.size();
   };
-  for (const auto& [one, other] : std::vector<std::pair<std::string, std::string>>{{"01", "1"},
-                                                                                   {"4.0", "4"},
-                                                                                   {"4", "4,0"},
-                                                                                   {"S 1", "S1"},
-                                                                                   {"s-2", "S2"},
-                                                                                   {"S_2", "S 2"},
-                                                                                   {"sub-S3", "S3"},
-                                                                                   {"sub-01", "01"},
-                                                                                   {"P01", "p1"},
-                                                                                   {"A-01", "A1"},
-                                                                                   {"1-01", "1 1"}}) {
+  for (const auto& both : std::vector<std::pair<std::string, std::string>>{{"01", "1"},
+                                                                           {"4.0", "4"},
+                                                                           {"4", "4,0"},
+                                                                           {"S 1", "S1"},
+                                                                           {"s-2", "S2"},
+                                                                           {"S_2", "S 2"},
+                                                                           {"sub-S3", "S3"},
+                                                                           {"sub-01", "01"},
+                                                                           {"P01", "p1"},
+                                                                           {"A-01", "A1"},
+                                                                           {"1-01", "1 1"}}) {
+    const std::string &one = both.first, &other = both.second;
     CAPTURE(one);
     for (const Choice choice : {Choice::by_sheet, Choice::by_call, Choice::for_groups})
       check_error([&] { read(one, other, choice); }, Code::value_invalid, "g.csv, lines 2 and 4");
   }
-  for (const auto& [one, other] : std::vector<std::pair<std::string, std::string>>{{"s1", "S1"},
-                                                                                   {"1", "10"},
-                                                                                   {"0", "10"},
-                                                                                   {"1-11", "11-1"},
-                                                                                   {"1.1", "1.10"},
-                                                                                   {"1.01", "1.1"},
-                                                                                   {"100", "1"},
-                                                                                   {"S1", "T1"},
-                                                                                   {"subs", "sub-b"}}) {
+  for (const auto& both : std::vector<std::pair<std::string, std::string>>{{"s1", "S1"},
+                                                                           {"1", "10"},
+                                                                           {"0", "10"},
+                                                                           {"1-11", "11-1"},
+                                                                           {"1.1", "1.10"},
+                                                                           {"1.01", "1.1"},
+                                                                           {"100", "1"},
+                                                                           {"S1", "T1"},
+                                                                           {"subs", "sub-b"}}) {
+    const std::string &one = both.first, &other = both.second;
     CAPTURE(one);
     CHECK(read(one, other) == 3);
   }
