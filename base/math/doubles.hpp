@@ -46,6 +46,8 @@ struct One {
     const auto low = [](I x) { return static_cast<std::uint64_t>(x) & 0xffffffffU; };
     return static_cast<I>(low(a) * low(b));
   }
+  /// Loads as many floats as there are lanes.
+  [[gnu::always_inline]] static D load_floats(const float* p) { return static_cast<double>(*p); }
   /// Stores the lanes as float, rounded to nearest.
   [[gnu::always_inline]] static void store_floats(float* p, D v) { *p = static_cast<float>(v); }
   /// Stores a0 b0 a1 b1 ...
@@ -79,6 +81,7 @@ struct Native {
   [[gnu::always_inline]] static D from_bits(I a) { return (D)a; }
   [[gnu::always_inline]] static I set_bits(std::int64_t a) { return I{} + a; }
   [[gnu::always_inline]] static I multiply_low(I a, I b) { return (I)_mm512_mul_epu32((__m512i)a, (__m512i)b); }
+  [[gnu::always_inline]] static D load_floats(const float* p) { return _mm512_cvtps_pd(_mm256_loadu_ps(p)); }
   [[gnu::always_inline]] static void store_floats(float* p, D v) { _mm256_storeu_ps(p, _mm512_cvtpd_ps(v)); }
   [[gnu::always_inline]] static void store_pairs(double* p, D a, D b) {
     store(p, _mm512_permutex2var_pd(a, _mm512_set_epi64(11, 3, 10, 2, 9, 1, 8, 0), b));
@@ -124,6 +127,7 @@ struct Native {
   [[gnu::always_inline]] static D from_bits(I a) { return (D)a; }
   [[gnu::always_inline]] static I set_bits(std::int64_t a) { return I{} + a; }
   [[gnu::always_inline]] static I multiply_low(I a, I b) { return (I)_mm256_mul_epu32((__m256i)a, (__m256i)b); }
+  [[gnu::always_inline]] static D load_floats(const float* p) { return _mm256_cvtps_pd(_mm_loadu_ps(p)); }
   [[gnu::always_inline]] static void store_floats(float* p, D v) { _mm_storeu_ps(p, _mm256_cvtpd_ps(v)); }
   [[gnu::always_inline]] static void store_pairs(double* p, D a, D b) {
     const D low = _mm256_unpacklo_pd(a, b), high = _mm256_unpackhi_pd(a, b);
@@ -165,6 +169,9 @@ struct Native {
   [[gnu::always_inline]] static D from_bits(I a) { return (D)a; }
   [[gnu::always_inline]] static I set_bits(std::int64_t a) { return I{} + a; }
   [[gnu::always_inline]] static I multiply_low(I a, I b) { return (I)_mm_mul_epu32((__m128i)a, (__m128i)b); }
+  [[gnu::always_inline]] static D load_floats(const float* p) {
+    return _mm_cvtps_pd(_mm_castsi128_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p))));
+  }
   [[gnu::always_inline]] static void store_floats(float* p, D v) {
     _mm_storel_pi(reinterpret_cast<__m64*>(p), _mm_cvtpd_ps(v));
   }
@@ -205,6 +212,7 @@ struct Native {
   [[gnu::always_inline]] static I multiply_low(I a, I b) {
     return (I)vmull_u32(vmovn_u64((uint64x2_t)a), vmovn_u64((uint64x2_t)b));
   }
+  [[gnu::always_inline]] static D load_floats(const float* p) { return vcvt_f64_f32(vld1_f32(p)); }
   [[gnu::always_inline]] static void store_floats(float* p, D v) { vst1_f32(p, vcvt_f32_f64(v)); }
   [[gnu::always_inline]] static void store_pairs(double* p, D a, D b) {
     store(p, vzip1q_f64(a, b));
@@ -264,6 +272,9 @@ struct Native {
   [[gnu::always_inline]] static I multiply_low(I a, I b) {
     const v128_t x = (v128_t)a, y = (v128_t)b;
     return (I)wasm_u64x2_extmul_low_u32x4(wasm_i32x4_shuffle(x, x, 0, 2, 0, 2), wasm_i32x4_shuffle(y, y, 0, 2, 0, 2));
+  }
+  [[gnu::always_inline]] static D load_floats(const float* p) {
+    return (D)wasm_f64x2_promote_low_f32x4(wasm_v128_load64_zero(p));
   }
   [[gnu::always_inline]] static void store_floats(float* p, D v) {
     wasm_v128_store64_lane(p, wasm_f32x4_demote_f64x2_zero((v128_t)v), 0);

@@ -13,8 +13,6 @@
 namespace decid {
 namespace {
 
-constexpr double log2_e = 1.4426950408889634;
-
 // A processor's fused multiply-add replaces the call of fma(), with the same bits. The choice happens at program start,
 // before sanitizers are ready. clang before 18 makes no such choice, or one that other compilers do not find.
 #if defined(__x86_64__) && defined(__GLIBC__) && !defined(DECID_SANITIZED) && \
@@ -145,48 +143,20 @@ double gauss(double x) {
 
 }  // namespace
 
-// Rational approximations of erf and erfc by Cody, Mathematics of Computation 23, 1969.
 double normal_density(double x) noexcept {
-  return 0.39894228040143268 * exp(-0.5 * x * x);
+  return density_at_0 * exp(-0.5 * x * x);
 }
 
 double normal_distribution(double x) noexcept {
-  constexpr double sqrt_half = 0.70710678118654752, one_over_sqrt_pi = 0.56418958354775629;
   if (std::isnan(x)) return x;
   const double y = std::abs(x) * sqrt_half;
-  if (y <= 0.46875) {
-    constexpr double p[] = {1.85777706184603153e-1, 3.16112374387056560e0, 1.13864154151050156e2, 3.77485237685302021e2,
-                            3.20937758913846947e3};
-    constexpr double q[] = {1.0, 2.36012909523441209e1, 2.44024637934444173e2, 1.28261652607737228e3,
-                            2.84423683343917062e3};
-    return 0.5 + 0.5 * (x * sqrt_half) * ratio_of(p, q, y * y);
-  }
+  if (y <= erf_end) return 0.5 + 0.5 * (x * sqrt_half) * ratio_of(erf_numerator, erf_denominator, y * y);
   double tail;  // erfc(y)
-  if (y <= 4.0) {
-    constexpr double p[] = {2.15311535474403846e-8, 5.64188496988670089e-1, 8.88314979438837594e0,
-                            6.61191906371416295e1,  2.98635138197400131e2,  8.81952221241769090e2,
-                            1.71204761263407058e3,  2.05107837782607147e3,  1.23033935479799725e3};
-    constexpr double q[] = {1.0,
-                            1.57449261107098347e1,
-                            1.17693950891312499e2,
-                            5.37181101862009858e2,
-                            1.62138957456669019e3,
-                            3.29079923573345963e3,
-                            4.36261909014324716e3,
-                            3.43936767414372164e3,
-                            1.23033935480374942e3};
-    tail = gauss(y) * ratio_of(p, q, y);
-  } else if (y < 26.5) {
-    constexpr double p[] = {1.63153871373020978e-2, 3.05326634961232344e-1, 3.60344899949804439e-1,
-                            1.25781726111229246e-1, 1.60837851487422766e-2, 6.58749161529837803e-4};
-    constexpr double q[] = {1.0,
-                            2.56852019228982242e0,
-                            1.87295284992346047e0,
-                            5.27905102951428412e-1,
-                            6.05183413124413191e-2,
-                            2.33520497626869185e-3};
+  if (y <= erfc_near_end) {
+    tail = gauss(y) * ratio_of(erfc_near_numerator, erfc_near_denominator, y);
+  } else if (y < erfc_far_end) {
     const double z = 1.0 / (y * y);
-    tail = gauss(y) / y * (one_over_sqrt_pi - z * ratio_of(p, q, z));
+    tail = gauss(y) / y * (one_over_sqrt_pi - z * ratio_of(erfc_far_numerator, erfc_far_denominator, z));
   } else {
     tail = 0.0;
   }

@@ -132,6 +132,107 @@ template <class V, class D = typename V::D>
   return x == x ? (y == y ? result : y) : x;  // NaN
 }
 
+// Rational approximations of erf and erfc by Cody, Mathematics of Computation 23, 1969, in y = |x| / sqrt(2): of erf up
+// to erf_end, of erfc from there to erfc_near_end, and to erfc_far_end, above which it is 0.
+constexpr double log2_e = 1.4426950408889634, sqrt_half = 0.70710678118654752;
+constexpr double one_over_sqrt_pi = 0.56418958354775629, density_at_0 = 0.39894228040143268;
+constexpr double erf_end = 0.46875, erfc_near_end = 4.0, erfc_far_end = 26.5;
+constexpr double erf_numerator[] = {1.85777706184603153e-1, 3.16112374387056560e0, 1.13864154151050156e2,
+                                    3.77485237685302021e2, 3.20937758913846947e3};
+constexpr double erf_denominator[] = {1.0, 2.36012909523441209e1, 2.44024637934444173e2, 1.28261652607737228e3,
+                                      2.84423683343917062e3};
+constexpr double erfc_near_numerator[] = {2.15311535474403846e-8, 5.64188496988670089e-1, 8.88314979438837594e0,
+                                          6.61191906371416295e1,  2.98635138197400131e2,  8.81952221241769090e2,
+                                          1.71204761263407058e3,  2.05107837782607147e3,  1.23033935479799725e3};
+constexpr double erfc_near_denominator[] = {1.0,
+                                            1.57449261107098347e1,
+                                            1.17693950891312499e2,
+                                            5.37181101862009858e2,
+                                            1.62138957456669019e3,
+                                            3.29079923573345963e3,
+                                            4.36261909014324716e3,
+                                            3.43936767414372164e3,
+                                            1.23033935480374942e3};
+constexpr double erfc_far_numerator[] = {1.63153871373020978e-2, 3.05326634961232344e-1, 3.60344899949804439e-1,
+                                         1.25781726111229246e-1, 1.60837851487422766e-2, 6.58749161529837803e-4};
+constexpr double erfc_far_denominator[] = {1.0,
+                                           2.56852019228982242e0,
+                                           1.87295284992346047e0,
+                                           5.27905102951428412e-1,
+                                           6.05183413124413191e-2,
+                                           2.33520497626869185e-3};
+
+/// Returns the largest whole number up to x, |x| < 2^51.
+template <class D>
+[[gnu::always_inline]] inline D floor_lanes(D x) {
+  const D nearest = (x + 0x1.8p52) - 0x1.8p52;
+  return nearest > x ? nearest - 1.0 : nearest;
+}
+
+template <class V, class D = typename V::D>
+[[gnu::always_inline]] inline D exp_lanes(D x) {
+  const D k = floor_lanes(x * log2_e + 0.5);
+  const D r = (x - k * ln2_hi) - k * ln2_lo;
+  D sum = V::set(1.0 / 6227020800);  // 1 / 13!
+  sum = sum * r + 1.0 / 479001600;
+  sum = sum * r + 1.0 / 39916800;
+  sum = sum * r + 1.0 / 3628800;
+  sum = sum * r + 1.0 / 362880;
+  sum = sum * r + 1.0 / 40320;
+  sum = sum * r + 1.0 / 5040;
+  sum = sum * r + 1.0 / 720;
+  sum = sum * r + 1.0 / 120;
+  sum = sum * r + 1.0 / 24;
+  sum = sum * r + 1.0 / 6;
+  sum = sum * r + 0.5;
+  // k + 1023 at the lower end of a double that is larger by 2^52.
+  const D power_of_2 = V::from_bits(V::bits(k + (0x1p52 + 1023.0)) << 52);
+  const D zero = V::set(0.0), infinity = V::set(__builtin_inf());
+  const D beyond = x < zero ? zero : (x > zero ? infinity : x);  // NaN stays one
+  return V::abs(x) <= V::set(700.0) ? (1.0 + (r + r * r * sum)) * power_of_2 : beyond;
+}
+
+template <class V, std::size_t count, class D = typename V::D>
+[[gnu::always_inline]] inline D ratio_lanes(const double (&numerator)[count], const double (&denominator)[count], D x) {
+  D above = V::set(numerator[0]), below = V::set(denominator[0]);
+#pragma GCC unroll 9
+  for (std::size_t i = 1; i < count; ++i) {
+    above = V::fma(above, x, V::set(numerator[i]));
+    below = V::fma(below, x, V::set(denominator[i]));
+  }
+  return above / below;
+}
+
+/// Returns exp(-x^2), x >= 0: the square's upper part is exact.
+template <class V, class D = typename V::D>
+[[gnu::always_inline]] inline D gauss_lanes(D x) {
+  const D high = floor_lanes(x * 16.0) / 16.0;
+  return exp_lanes<V>(-high * high) * exp_lanes<V>(-(x - high) * (x + high));
+}
+
+template <class V, class D = typename V::D>
+[[gnu::always_inline]] inline D normal_density_lanes(D x) {
+  return density_at_0 * exp_lanes<V>(-0.5 * x * x);
+}
+
+template <class V, class D = typename V::D>
+[[gnu::always_inline]] inline D normal_distribution_lanes(D x) {
+  const D y = V::abs(x) * sqrt_half;
+  D result = 0.5 + 0.5 * (x * sqrt_half) * ratio_lanes<V>(erf_numerator, erf_denominator, y * y);
+  if (!V::all_within(y, erf_end)) {
+    const D bell = gauss_lanes<V>(y);
+    D tail = bell * ratio_lanes<V>(erfc_near_numerator, erfc_near_denominator, y);
+    if (!V::all_within(y, erfc_near_end)) {
+      const D z = 1.0 / (y * y);
+      const D far = bell / y * (one_over_sqrt_pi - z * ratio_lanes<V>(erfc_far_numerator, erfc_far_denominator, z));
+      tail = y <= V::set(erfc_near_end) ? tail : (y < V::set(erfc_far_end) ? far : V::set(0.0));
+    }
+    const D outer = x < V::set(0.0) ? 0.5 * tail : 1.0 - 0.5 * tail;
+    result = y <= V::set(erf_end) ? result : outer;
+  }
+  return x == x ? result : x;  // NaN
+}
+
 /// Coefficients of x^0 .. x^7.
 using Octic = double[8];
 template <class V, class D = typename V::D>

@@ -9,6 +9,7 @@
 #include "nn/kernels/generic_dense.hpp"
 #include "nn/kernels/generic_plane.hpp"
 #include "nn/kernels/generic_pool.hpp"
+#include "nn/kernels/generic_sigmoid.hpp"
 #include "nn/kernels/generic_single.hpp"
 #include "nn/kernels/generic_statistics.hpp"
 
@@ -40,6 +41,8 @@ constexpr Kernels<float> kernel_table(const char* name) {
       statistics_pool_forward<V>,
       statistics_pool_backward<V>,
       sgd_step<V>,
+      sigmoid_forward<Native>,
+      gelu_backward<Native>,
   };
 }
 

@@ -50,6 +50,9 @@ struct Activation {
   Pooling pooling;
 };
 
+/// tanh, 1 / (1 + exp(-x)), and GELU, x Phi(x). Hendrycks and Gimpel, "Gaussian error linear units", 2016.
+enum class Sigmoid { tanh, logistic, gelu };
+
 /// A convolution of one sample, output channels in the lanes: blocks of 16 channels, [block][row][column][lane]. A
 /// fully connected layer is one whose only position sees all values.
 template <class T>
@@ -141,6 +144,11 @@ struct Kernels {
   /// value = fma(-learning_rate, velocity, value).
   void (*sgd_step)(std::size_t count, T learning_rate, T momentum, T weight_decay, const T* gradient, T* velocity,
                    T* value);
+
+  /// dst = the function of src, in double with base/math/math.hpp, then rounded.
+  void (*sigmoid_forward)(Sigmoid, Plane<const T> src, Plane<T> dst);
+  /// diff_src = diff_dst * (Phi(x) + x Phi'(x)), x = src; the factor in double, then rounded.
+  void (*gelu_backward)(Plane<const T> src, Plane<const T> diff_dst, Plane<T> diff_src);
 };
 
 /// Returns the plain definitions, which are easy to read and test the other kernels.

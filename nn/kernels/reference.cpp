@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/math/math.hpp"
 #include "nn/kernels/kernels.hpp"
 
 namespace decid::nn {
@@ -403,6 +404,31 @@ void statistics_pool_backward(Plane<const T> src, const T* mean, const T* stddev
             std::fma(diff_stddev[l] * share / stddev[l], get(src, i, j, l) - mean[l], diff_mean[l] * share);
 }
 
+double sigmoid_of(Sigmoid kind, double x) {
+  if (kind == Sigmoid::logistic) return 1 / (1 + exp(-x));
+  if (kind == Sigmoid::gelu) return x * normal_distribution(x);
+  const double size = std::abs(x);
+  if (!(size < 20)) return x > 0 ? 1 : x < 0 ? -1 : x;  // NaN stays one
+  const double square = exp(2 * size), y = (square - 1) / (square + 1);
+  return x < 0 ? -y : y;
+}
+
+template <class T>
+void sigmoid_forward(Sigmoid kind, Plane<const T> src, Plane<T> dst) {
+  for_each_row_value(src, [&](int i, int j) {
+    dst.data[i * dst.row + j] = static_cast<T>(sigmoid_of(kind, static_cast<double>(src.data[i * src.row + j])));
+  });
+}
+
+template <class T>
+void gelu_backward(Plane<const T> src, Plane<const T> diff_dst, Plane<T> diff_src) {
+  for_each_row_value(src, [&](int i, int j) {
+    const auto x = static_cast<double>(src.data[i * src.row + j]);
+    diff_src.data[i * diff_src.row + j] =
+        diff_dst.data[i * diff_dst.row + j] * static_cast<T>(normal_distribution(x) + x * normal_density(x));
+  });
+}
+
 template <class T>
 void sgd_step(std::size_t count, T learning_rate, T momentum, T weight_decay, const T* gradient, T* velocity,
               T* value) {
@@ -436,6 +462,8 @@ constexpr Kernels<T> table{
     statistics_pool_forward<T>,
     statistics_pool_backward<T>,
     sgd_step<T>,
+    sigmoid_forward<T>,
+    gelu_backward<T>,
 };
 
 }  // namespace

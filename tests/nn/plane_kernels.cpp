@@ -252,3 +252,39 @@ TEST_CASE("activation and pool in one: the bits of scale and shift, ReLU and poo
       }
   }
 }
+
+TEST_CASE("tanh, sigmoid and GELU have the bits of the scalar formulas") {
+  std::vector<float> values;
+  const float infinity = std::numeric_limits<float>::infinity();
+  for (const float special : {0.0F, 1e-45F, 1e-38F, 0.46875F, 4.0F, 5.6568542F, 0.66291261F, 20.0F, 26.5F, 37.4766594F,
+                              349.99997F, 350.0F, 700.0F, 1e30F, std::numeric_limits<float>::max(), infinity})
+    for (const float sign : {1.0F, -1.0F})
+      for (const float to : {0.0F, infinity}) {
+        values.push_back(sign * special);
+        values.push_back(std::nextafter(sign * special, to));
+      }
+  values.push_back(std::numeric_limits<float>::quiet_NaN());
+  for (int i = -40000; i <= 40000; ++i) values.push_back(static_cast<float>(i) * 0.001F);
+  Dice dice(910);
+  while (values.size() < 250000 || values.size() % (3 * lanes) != 0)  // of any size, also without a meaning
+    values.push_back(std::bit_cast<float>(static_cast<std::uint32_t>(dice.bits())));
+  const int columns = static_cast<int>(values.size()) / (3 * lanes);
+  const Plane<const float> src{values.data(), columns * lanes, 3, columns};
+  const auto outputs = [&](const Kernels<float>& k, const auto& run) {
+    std::vector<float> out(values.size(), -77.0F);
+    run(k, Plane<float>{out.data(), src.row, src.rows, src.columns});
+    return out;
+  };
+  const auto check_same = [&](const auto& run) {
+    const std::vector<float> plain = outputs(reference_kernels<float>(), run);
+    for (const Kernels<float>* table : fast_tables()) {
+      CAPTURE(table->name);
+      CHECK(same_values(outputs(*table, run), plain));
+    }
+  };
+  for (const Sigmoid kind : {Sigmoid::tanh, Sigmoid::logistic, Sigmoid::gelu})
+    check_same([&](const Kernels<float>& k, Plane<float> dst) { k.sigmoid_forward(kind, src, dst); });
+  const std::vector<float> slopes = random_values(values.size(), dice, 2);
+  const Plane<const float> diff{slopes.data(), src.row, src.rows, src.columns};
+  check_same([&](const Kernels<float>& k, Plane<float> dst) { k.gelu_backward(src, diff, dst); });
+}
