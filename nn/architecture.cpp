@@ -52,6 +52,21 @@ OperationParser parser_of(const std::string& word) {
   return found == registry().parsers.end() ? nullptr : found->second;
 }
 
+/// Returns true if the same operation is made of its text, which architectures and files have.
+bool reads_back(const Operation& operation) {
+  const std::string text = operation.text();
+  if (text.find_first_of("#;{}\n\r") != std::string::npos) return false;
+  try {
+    Words words(text);
+    const OperationParser parse = words.done() ? nullptr : parser_of(words.take());
+    if (parse == nullptr) return false;
+    const OperationPointer again = parse(operation.src(), words);
+    return words.done() && again != nullptr && again->text() == text && again->dst() == operation.dst();
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 /// Makes the layer of a registered parser. Throws Error, naming the line, for an operation that an architecture cannot
 /// use.
 Extension parse_registered(OperationParser parse, Shape src, Words& words, const std::string& line) {
@@ -65,6 +80,9 @@ Extension parse_registered(OperationParser parse, Shape src, Words& words, const
   const Shape& dst = made->dst();
   if (dst.channels < 1 || dst.rows < 1 || dst.columns < 1)
     fail("has an operation without an output", "give an output of at least 1 channel, 1 row and 1 column");
+  if (!reads_back(*made))
+    fail("has an operation whose text() is not read back, so that no file of the network could be read",
+         "return the complete line from text(): the registered word, then what the parser takes");
   return Extension{std::move(made)};
 }
 
@@ -86,21 +104,23 @@ void register_layer(const std::string& word, OperationParser parser) {
 std::vector<LayerKind> parse_layers(Shape src, const std::vector<std::string>& lines) {
   std::vector<LayerKind> layers;
   std::vector<Branch> open;  // whose end is to come
+  int number = 0;
   for (const std::string& line : lines) {
-    Words words(line);
+    Words words(line, ++number);
     const std::string word = words.take();
     LayerKind kind;
     if (const LayerParser parse_kind = kind_parser_of(word)) {
       kind = parse_kind(src, words);
       if (const auto* branch = std::get_if<Branch>(&kind)) open.push_back(*branch);
     } else if (word == "}") {
-      if (open.empty()) words.fail("ends a block that has no beginning");
+      if (open.empty())
+        words.fail("ends a block that has no beginning", "begin it with residual { or concat {, or leave out the }");
       kind = end_block(open.back(), src, words);
       open.pop_back();
     } else if (const OperationParser parse = parser_of(word)) {
       kind = parse_registered(parse, src, words, line);
     } else {
-      words.fail("is not a layer this program knows");
+      words.fail_unknown();
     }
     words.finish();
     src = std::visit([](const auto& made) { return made.dst(); }, kind);

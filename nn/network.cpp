@@ -31,6 +31,7 @@ std::vector<std::string> lines_of(const std::string& architecture) {
     comments = c != '\n' && (comments || c == '#');
     if (comments) continue;
     if (c == '}') lines += '\n';
+    if (c == '{') lines += ' ';  // residual{ is residual {
     lines += c == ';' ? '\n' : c;
     if (c == '{' || c == '}') lines += '\n';
   }

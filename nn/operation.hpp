@@ -123,7 +123,8 @@ class OperationOf : public Operation {
 
 using OperationPointer = std::shared_ptr<const Operation>;
 /// Makes the operation of a line whose first word was taken, for inputs of shape src, which the operation's src() must
-/// be. Words throws for arguments that do not fit.
+/// be. Words throws for arguments that do not fit. An architecture refuses an operation whose text() does not read
+/// back.
 using OperationParser = OperationPointer (*)(Shape src, Words& words);
 /// Registers `parser` for lines that begin with `word`. Throws Error if another parser or decid itself has that word,
 /// if it is not one word, or for no parser.

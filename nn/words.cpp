@@ -1,7 +1,9 @@
 // The words of a layer's line: see words.hpp.
 #include "nn/words.hpp"
 
+#include <algorithm>
 #include <sstream>
+#include <string_view>
 
 #include "base/error.hpp"
 #include "base/number.hpp"
@@ -13,9 +15,27 @@ namespace {
 
 constexpr std::size_t max_bytes = 200;  // of a layer's line
 
+/// The forms of decid's own lines, which begin with their words.
+constexpr std::string_view forms[] = {"conv CHANNELS RxC [stride RxC] [pad RxC] [groups N] [dilation RxC]",
+                                      "batchnorm",
+                                      "layernorm",
+                                      "relu",
+                                      "leakyrelu [SLOPE]",
+                                      "gelu",
+                                      "tanh",
+                                      "sigmoid",
+                                      "maxpool RxC [stride RxC] [pad RxC]",
+                                      "avgpool RxC [stride RxC] [pad RxC]",
+                                      "globalavgpool",
+                                      "statspool",
+                                      "dropout RATE",
+                                      "fc OUTPUTS",
+                                      "residual { ... }",
+                                      "concat { ... }"};
+
 }  // namespace
 
-Words::Words(const std::string& line) : line_(line) {
+Words::Words(const std::string& line, int number) : line_(line), number_(number) {
   if (line.size() > max_bytes)
     throw Error(Code::setting_malformed, "a layer's line",
                 "has " + std::to_string(line.size()) + " bytes, more than " + std::to_string(max_bytes),
@@ -56,11 +76,20 @@ double Words::take_number(double low, double high) {
 }
 
 void Words::fail(const std::string& problem) const {
-  throw Error(
-      Code::setting_malformed, "layer '" + line_ + "'", problem,
-      "layers are: conv CHANNELS RxC [stride RxC] [pad RxC] [groups N] [dilation RxC], batchnorm, layernorm, relu, "
-      "leakyrelu [SLOPE], gelu, tanh, sigmoid, maxpool RxC [stride RxC] [pad RxC], avgpool RxC [stride RxC] "
-      "[pad RxC], globalavgpool, statspool, dropout RATE, fc OUTPUTS, residual { ... }, concat { ... }");
+  const std::string word = words_.empty() ? std::string() : name();
+  const auto* const form =
+      std::ranges::find(forms, word, [](std::string_view text) { return text.substr(0, text.find(' ')); });
+  fail(problem, form == std::end(forms) ? "write the line as its parser reads it" : "write " + std::string(*form));
+}
+
+void Words::fail(const std::string& problem, const std::string& remedy) const {
+  const std::string place = number_ > 0 ? format(" in line %d", number_) : std::string();
+  throw Error(Code::setting_malformed, "layer '" + line_ + "'" + place, problem, remedy);
+}
+
+void Words::fail_unknown() const {
+  fail("is not a layer this program knows",
+       "layers are: " + joined(forms, ", ", [](std::string_view form) { return std::string(form); }));
 }
 
 void Words::limit(long long count, const std::string& values) const {

@@ -9,8 +9,9 @@ namespace decid::nn {
 
 class Words {
  public:
-  /// Throws Error if the line is longer than any layer, whose errors quote it.
-  explicit Words(const std::string& line);
+  /// number: of the line in its architecture, from 1, for errors; 0: none. Throws Error if the line is longer than any
+  /// layer, whose errors quote it.
+  explicit Words(const std::string& line, int number = 0);
 
   /// Returns the first word, which names the layer.
   const std::string& name() const { return words_.front(); }
@@ -29,8 +30,11 @@ class Words {
   static std::string pair(int rows, int columns) { return std::to_string(rows) + "x" + std::to_string(columns); }
   /// Takes a number in [low, high].
   double take_number(double low, double high);
-  /// Throws Error of this line.
+  /// Throws Error of this line, with the form of such a line as the remedy.
   [[noreturn]] void fail(const std::string& problem) const;
+  [[noreturn]] void fail(const std::string& problem, const std::string& remedy) const;
+  /// Throws Error of a line whose first word names no layer, with all forms.
+  [[noreturn]] void fail_unknown() const;
   /// Fails if `count` of `values` are more than max_values.
   void limit(long long count, const std::string& values) const;
 
@@ -38,6 +42,7 @@ class Words {
   int to_int(const std::string& word, int low, int high) const;
 
   std::string line_;
+  int number_;
   std::vector<std::string> words_;
   std::size_t next_ = 0;
 };

@@ -75,13 +75,16 @@ void statistics_forward(const TensorView<const T>& src, const TensorView<T>& dst
   });
 }
 
+template <class T>
+void copy_plane(Plane<const T> from, Plane<T> to) {
+  for (int i = 0; i < from.rows; ++i) std::copy_n(from.data + i * from.row, from.columns * lanes, to.data + i * to.row);
+}
+
 /// Copies a tensor into the channels of another from `first` on.
 template <class T>
 void copy_planes(const TensorView<const T>& from, const TensorView<T>& to, int first = 0) {
-  for_each_plane(from.blocks(), from.shape().channels, [&](int block, int c) {
-    for (int i = 0; i < from.shape().rows; ++i)
-      std::copy_n(from.row(block, c, i), from.shape().columns * lanes, to.row(block, first + c, i));
-  });
+  for_each_plane(from.blocks(), from.shape().channels,
+                 [&](int block, int c) { copy_plane<T>(from.plane(block, c), to.plane(block, first + c)); });
 }
 
 /// Returns the kind of pooling for the activation kernels.

@@ -37,7 +37,8 @@ LayerKind parse_conv(Shape src, Words& words) {
   };
   s.dst_rows = extent(s.src_rows, reach_rows, s.stride_rows, s.pad_rows);
   s.dst_columns = extent(s.src_columns, reach_columns, s.stride_columns, s.pad_columns);
-  words.limit(static_cast<long long>(s.dst_channels) * s.src_channels * reach_rows * reach_columns, "weights");
+  words.limit(static_cast<long long>(s.dst_channels) * (s.src_channels / groups) * reach_rows * reach_columns,
+              "weights");
   if (plain) return Conv2d{s};
   return Extension{grouped_conv(s, groups, dilation_rows, dilation_columns)};
 }

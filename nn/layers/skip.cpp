@@ -4,16 +4,14 @@
 
 #include <algorithm>
 
+#include "base/text.hpp"
+#include "nn/detail/forward.hpp"
 #include "nn/layers/detail/layers.hpp"
 #include "nn/layers/detail/training_layers.hpp"
 
 namespace decid::nn {
 namespace {
 
-template <class T>
-void copy_plane(Plane<const T> from, Plane<T> to) {
-  for (int i = 0; i < from.rows; ++i) std::copy_n(from.data + i * from.row, from.columns * lanes, to.data + i * to.row);
-}
 template <class T>
 void add_planes(Plane<const T> a, Plane<const T> b, Plane<T> to) {
   for (int i = 0; i < a.rows; ++i)
@@ -27,8 +25,7 @@ class BranchTraining final : public TrainingLayer<T> {
 
   void forward(const TensorView<const T>& src, const TensorView<T>& dst) override {
     skip_->kept = src;
-    for_each_plane(src.blocks(), src.shape().channels,
-                   [&](int block, int c) { copy_plane<T>(src.plane(block, c), dst.plane(block, c)); });
+    copy_planes<T>(src, dst);
   }
   void backward(const TensorView<const T>& src, const TensorView<const T>&, const TensorView<T>& diff_dst,
                 const TensorView<T>* diff_src) override {
@@ -85,9 +82,15 @@ LayerKind parse_block(Shape src, Words& words) {
 
 LayerKind end_block(const Branch& branch, Shape src, const Words& words) {
   const Shape& kept = branch.shape;
+  const auto text = [](const Shape& s) { return format("%d x %d x %d", s.channels, s.rows, s.columns); };
   if (branch.concatenates && (kept.rows != src.rows || kept.columns != src.columns))
-    words.fail("ends a concat whose planes have other rows or columns than its input");
-  if (!branch.concatenates && kept != src) words.fail("ends a residual whose output has another shape than its input");
+    words.fail("ends a concat whose output of " + text(src) + " has other rows or columns than its input of " +
+                   text(kept) + " (channels x rows x columns)",
+               "give the block layers that keep rows and columns, such as conv with padding");
+  if (!branch.concatenates && kept != src)
+    words.fail("ends a residual whose output of " + text(src) + " has another shape than its input of " + text(kept) +
+                   " (channels x rows x columns)",
+               "give the block layers that keep the shape, such as conv with padding");
   return Join{src, kept, branch.concatenates};
 }
 

@@ -31,6 +31,7 @@ Schedule::Schedule(const std::string& text, double base_rate, long long total_st
     const std::size_t colon = text.find(':', 5);
     drop_epochs_ =
         colon == std::string::npos ? 0 : number_from<int>(std::string_view(text).substr(5, colon - 5)).value_or(0);
+    if (colon == std::string::npos) fail("has no factor behind its epochs");
     if (drop_epochs_ < 1) fail("has no whole number of epochs of at least 1");
     drop_factor_ = number_from<double>(std::string_view(text).substr(colon + 1)).value_or(0.0);
     if (!(drop_factor_ > 0 && drop_factor_ <= 1)) fail("has no factor between 0 and 1");

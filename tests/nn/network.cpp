@@ -52,6 +52,34 @@ TEST_CASE("Network: construction errors") {
     refused({1, 4, 4}, text, decid::Code::setting_malformed, "relu");
   refused({1, 4, 4}, "fc 3; maxpool 2", decid::Code::setting_malformed, "' maxpool 2'");
   refused({1, 4, 4}, "fc 3\nconv", decid::Code::setting_malformed, "'conv'");
+  // Shapes and the line, counted from 1, of a block that does not fit; a } has no words that say which.
+  for (const char* fact : {"layer '}' in line 4", "3 x 2 x 2", "1 x 4 x 4"})
+    refused({1, 4, 4}, "tanh; concat { conv 3 3x3 }", decid::Code::setting_malformed, fact);
+  refused({1, 4, 4}, "residual { conv 3 1 }", decid::Code::setting_malformed, "3 x 4 x 4");
+  refused({1, 4, 4}, "}", decid::Code::setting_malformed, "in line 1");
+  // The remedy is the line's own form; a word that is no layer gets all.
+  const auto remedy_of = [](const char* text) {
+    try {
+      Network<float>({1, 4, 4}, text);
+    } catch (const decid::Error& error) {
+      return error.remedy();
+    }
+    return std::string("none");
+  };
+  CHECK(remedy_of("fc 3 4") == "write fc OUTPUTS");
+  CHECK(remedy_of("dropout 2") == "write dropout RATE");
+  CHECK(remedy_of("softsign").find("statspool, dropout RATE") != std::string::npos);
+}
+
+TEST_CASE("Network: a block's brace needs no space, and grouped weights are counted by group") {
+  CHECK(Network<float>({1, 4, 4}, "residual{tanh}").architecture() ==
+        Network<float>({1, 4, 4}, "residual { tanh }").architecture());
+  CHECK(parameter_count({4096, 8, 8}, "conv 4096 5 groups 4096") == 4096 * 25 + 4096);
+  check_error(
+      [] {
+        parameter_count({4096, 8, 8}, "conv 4096 5 groups 1");
+      },
+      decid::Code::setting_malformed, "419430400");
 }
 
 // From a const Network nothing can be reached that could be changed; each of these lines fails to compile if it can.

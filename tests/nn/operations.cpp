@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 #include <omp.h>
 
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -400,7 +401,8 @@ TEST_CASE("register_layer: words of decid's own, no word, no parser, and unusabl
   for (const char* word : {"", " ", " x y", "x y", "x\n", "#", "x#", "x;y", "x{"})
     check_error([&] { register_layer(word, parse_cube); }, decid::Code::setting_malformed);
   check_error([] { register_layer("nothing", nullptr); }, decid::Code::setting_missing, "nothing");
-  // An operation that an architecture cannot use is an error of its line.
+  // An operation that an architecture cannot use is an error of its line. A text may begin with another layer's word.
+  register_cube();
   register_layer("null_layer", [](Shape, Words&) -> OperationPointer { return nullptr; });
   register_layer("turned_layer", [](Shape src, Words&) -> OperationPointer {
     return std::make_shared<Cube>(Shape{src.rows, src.channels, src.columns});
@@ -408,4 +410,85 @@ TEST_CASE("register_layer: words of decid's own, no word, no parser, and unusabl
   for (const std::string line : {"null_layer", "turned_layer"})
     check_error([&] { Network({2, 6, 5}, "tanh; " + line); }, decid::Code::setting_malformed, line);
   CHECK_NOTHROW(Network({2, 2, 5}, "tanh; turned_layer"));
+}
+
+namespace {
+
+/// With a text of its own.
+class Named final : public OperationOf<Named> {
+ public:
+  Named(Shape shape, std::string text) : OperationOf(shape, shape), text_(std::move(text)) {}
+  std::string text() const override { return text_; }
+  template <class T>
+  void forward_pass(const ForwardPass<T>&) const {}
+  template <class T>
+  void backward_pass(const BackwardPass<T>&) const {}
+
+ private:
+  std::string text_;
+};
+
+}  // namespace
+
+// Files have the text, and would not be read.
+TEST_CASE("register_layer: an operation whose text does not read back is refused") {
+  register_layer("named_well", [](Shape src, Words& words) -> OperationPointer {
+    return std::make_shared<Named>(src, "named_well " + std::to_string(words.done() ? 1 : words.take_int(1, 9)));
+  });
+  CHECK(Network({2, 6, 5}, "named_well").architecture() == "named_well 1");
+  CHECK(Network({2, 6, 5}, "named_well 3").architecture() == "named_well 3");
+  register_layer("named_other",
+                 [](Shape src, Words&) -> OperationPointer { return std::make_shared<Named>(src, "not_registered"); });
+  register_layer("named_more",
+                 [](Shape src, Words&) -> OperationPointer { return std::make_shared<Named>(src, "named_more 1"); });
+  register_layer("named_lines", [](Shape src, Words&) -> OperationPointer {
+    return std::make_shared<Named>(src, "named_lines; tanh");
+  });
+  for (const std::string word : {"named_other", "named_more", "named_lines"})
+    check_error([&] { Network({2, 6, 5}, word); }, decid::Code::setting_malformed, "text()");
+}
+
+// Lane by lane, value by value: the plain definition of what the layer computes with vectors.
+TEST_CASE("operations: padded pools have the bits of loops over windows, NaN and zeros of both signs included") {
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  const Shape in{2, 7, 6};
+  constexpr int samples = 19, kernel = 3, stride = 2, pad = 1;
+  auto inputs = hashed_values<float>(3, static_cast<std::size_t>(samples * in.size()), 3);
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    if (i % 3 == 0) inputs[i] = std::trunc(inputs[i]);  // equal ones in a window, zeros of both signs
+    if (i % 41 == 0) inputs[i] = i % 2 == 0 ? nan : -infinity;
+  }
+  for (const bool takes_max : {true, false}) {
+    const Network<float> network(in, takes_max ? "maxpool 3 stride 2 pad 1" : "avgpool 3 stride 2 pad 1");
+    const Shape out = network.output_shape();
+    const auto by_output = hashed_values<float>(4, static_cast<std::size_t>(samples * out.size()));
+    std::vector<float> outputs, gradient(inputs.size(), 0.0F);
+    for (int plane = 0; plane < samples * in.channels; ++plane) {
+      const float* const x = inputs.data() + plane * in.rows * in.columns;
+      float* const dx = gradient.data() + plane * in.rows * in.columns;
+      for (int i = 0; i < out.rows; ++i)
+        for (int j = 0; j < out.columns; ++j) {
+          const float dy = by_output[outputs.size()];
+          int best = -1;
+          float sum = 0;
+          for (int row = i * stride - pad; row < i * stride - pad + kernel; ++row)
+            for (int column = j * stride - pad; column < j * stride - pad + kernel; ++column) {
+              const int place = row * in.columns + column;
+              if (row < 0 || row >= in.rows || column < 0 || column >= in.columns) continue;
+              if (best < 0 || x[place] > x[best] || std::isnan(x[place])) best = place;
+              sum += x[place];
+              if (!takes_max) dx[place] += dy * (1.0F / 9);
+            }
+          outputs.push_back(takes_max ? x[best] : sum * (1.0F / 9));
+          if (takes_max) dx[best] += dy;
+        }
+    }
+    const auto same = [](const std::vector<float>& a, const std::vector<float>& b) {
+      return std::ranges::equal(a, b, [](float p, float q) {
+        return std::bit_cast<std::uint32_t>(p) == std::bit_cast<std::uint32_t>(q) || (std::isnan(p) && std::isnan(q));
+      });
+    };
+    CHECK(same(predict(network, inputs), outputs));
+    CHECK(same(input_gradient(network, inputs, by_output), gradient));
+  }
 }
