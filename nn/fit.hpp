@@ -33,10 +33,12 @@
 namespace decid::nn {
 
 /// Where samples come from: memory, or a function that makes them.
-struct Samples {
+class Samples {
+ public:
   /// Writes sample `sample`, from 0: its input, channel-major, and its target (Loss::targets() values). `random`:
   /// numbers of this epoch and sample for augmentation, the same for any number of threads; null where samples are not
-  /// to be changed, in validation. Several threads call it at once.
+  /// to be changed, in validation. Several threads call it at once. The values are NaN before the call, and fit()
+  /// refuses any that are not finite after it.
   using Load = std::function<void(int sample, const Random* random, std::span<float> input, std::span<float> target)>;
 
   /// Samples to write together, one after the other.
@@ -47,7 +49,7 @@ struct Samples {
     std::span<float> inputs, targets;
   };
   /// Writes the samples of a step, or of a part of validation. fit() calls it from its own thread, in the order of
-  /// steps.
+  /// steps, and outside of parallel regions: OpenMP loops in it have all threads.
   using LoadBatch = std::function<void(const Batch&)>;
 
   Samples(int count, Load load);
@@ -56,10 +58,19 @@ struct Samples {
   /// unless the spans divide by count.
   Samples(std::span<const float> inputs, std::span<const float> targets, int count);
 
-  int count;
-  Load load;                                         ///< of one sample; with load_batch it calls that
-  LoadBatch load_batch;                              ///< may be empty
-  std::span<const float> inputs = {}, targets = {};  ///< samples in memory, by which fit() compares a checkpoint
+  int count() const { return count_; }
+  /// Returns the function of one sample; with load_batch() it calls that.
+  const Load& load() const { return load_; }
+  const LoadBatch& load_batch() const { return load_batch_; }  ///< may be empty
+  /// Return samples in memory, by which fit() compares a checkpoint; empty for a function.
+  std::span<const float> inputs() const { return inputs_; }
+  std::span<const float> targets() const { return targets_; }
+
+ private:
+  int count_;
+  Load load_;
+  LoadBatch load_batch_;
+  std::span<const float> inputs_ = {}, targets_ = {};
 };
 
 struct FitEpoch {
@@ -87,7 +98,7 @@ struct FitOptions {
   std::shared_ptr<const Optimiser> optimiser = adamw();
   double clip_norm = 0;     ///< gradients are scaled to this norm at most; 0: never
   double average = 0;       ///< decay of an exponential moving average of weights and statistics, which the network has
-                            ///< in the end: 0.999; 0: none
+                            ///< in the end, and of which validation losses are: 0.999; 0: none
   int frozen_lines = 0;     ///< the first lines of the architecture whose parameters stay as they are; at most all.
                             ///< BatchNorm in them still uses and moves the statistics of batches
   double validation = 0.1;  ///< fraction of the samples that is drawn for validation and not trained on, rounded to
@@ -98,23 +109,27 @@ struct FitOptions {
   /// A file, written after each epoch and at a stop; if it is there, fit() continues from it. It has the SHA-256 of
   /// samples in memory. It cannot have one of a function's samples, so give the same function again.
   std::string checkpoint = {};
-  std::function<bool(int epoch, int batch, double loss)> after_batch = {};  ///< false stops; loss: the batch's mean
+  /// Returns false to stop. batch: from 1, in its epoch; loss: the batch's mean.
+  std::function<bool(int epoch, int batch, double loss)> after_batch = {};
+  /// While it runs the network has the weights of the last step, also with `average`, whose validation loss it gets:
+  /// network and loss then belong to different weights.
   std::function<void(const FitEpoch&)> after_epoch = {};
 };
 
 /// Trains `network`. A network with the values of its constructor is initialised from the seed first. Throws Error if
-/// only some weights were set, and two or more layers in a chain are still 0: no gradient reaches them, so call
-/// initialise() before setting weights. One layer of zeros is legal, such as the last one. A checkpoint of a finished
-/// fit replaces the network's weights, and fit() then trains no further. With a checkpoint the result has the bits of a
-/// training that was never stopped. Throws Error for options that contradict each other or the network, a loss or
-/// weight that is no longer finite, and what callbacks, samples, loss and optimiser throw; also for a checkpoint of
-/// another architecture, other frozen weights, other samples in memory or options. It does not compare callbacks, or
-/// the weights that are trained. After an Error the network has the weights of the last step, not their average or
-/// those of the best epoch. BatchNorm's statistics may include one more batch, and an optimiser that throws leaves its
-/// step half done.
+/// only some weights were set, and two or more layers in a chain are still 0, or one whose zeros a relu reads: no
+/// gradient reaches them, so call initialise() before setting weights. Another layer of zeros is legal, such as the
+/// last one. A checkpoint of a finished fit replaces the network's weights, and fit() then trains no further. With a
+/// checkpoint the result has the bits of a training that was never stopped. Throws Error for options that contradict
+/// each other or the network, a loss or weight that is no longer finite, and what callbacks, samples, loss and
+/// optimiser throw; also for a checkpoint of another architecture, other frozen weights, other samples in memory or
+/// options. It does not compare callbacks, or the weights that are trained. After an Error the network has the weights
+/// of the last step, not their average or those of the best epoch. BatchNorm's statistics may include one more batch,
+/// and an optimiser that throws leaves its step half done.
 FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& options = {});
 
-/// Returns the outputs of samples that lie one after the other: output_shape().size() values each. For calls that
+/// Returns the outputs of samples that lie one after the other: output_shape().size() values each, and none without
+/// inputs. For calls that
 /// follow each other quickly, keep a Predictor (nn/predictor.hpp). Throws Error unless `inputs` are whole samples.
 std::vector<float> predict(const Network<float>& network, std::span<const float> inputs);
 

@@ -46,10 +46,12 @@ void require_values(const TensorFile& file, Shape input, const std::string& arch
   const std::size_t needed = parameter_count(input, architecture);
   std::size_t there = 0;
   for (const NamedTensor& t : file.tensors) there += t.values.size();
-  if (there < needed)
-    throw Error(Code::file_damaged, where,
-                format("has %zu values in its tensors where its architecture needs %zu", there, needed),
-                "give a model file that was not edited");
+  if (there >= needed) return;
+  for (const std::string& skipped : file.skipped)
+    if (skipped.starts_with(own_prefix)) refuse_type(skipped, where);
+  throw Error(Code::file_damaged, where,
+              format("has %zu values in its tensors where its architecture needs %zu", there, needed),
+              "give a model file that was not edited");
 }
 
 TensorFile to_tensors(const Network<float>& network) {
@@ -60,6 +62,9 @@ TensorFile to_tensors(const Network<float>& network) {
 }
 
 Network<float> from_tensors(TensorFile&& file, const std::string& where) {
+  if (file.metadata.contains(progress_key))
+    throw Error(Code::file_unsupported, where, "is the checkpoint of a fit, not a network",
+                "call fit() with it and save the network");
   const std::string& text = metadata(file, input_key, where);
   const std::optional<Shape> input = shape_from(text);
   if (!input)

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstring>
 #include <functional>
 #include <iterator>
@@ -12,6 +11,7 @@
 #include "base/files/json_object.hpp"
 #include "base/files/sha256.hpp"
 #include "base/text.hpp"
+#include "nn/detail/finite.hpp"
 
 namespace decid::nn {
 namespace {
@@ -94,9 +94,7 @@ const NamedTensor& tensor_at(const TensorFile& file, std::size_t place, const st
                              const std::string& where) {
   if (place >= file.tensors.size()) {
     for (const std::string& other : file.skipped)
-      if (other.starts_with(name + " ("))
-        throw Error(Code::file_unsupported, where, "has a tensor of a type that no layer has: " + other,
-                    "store it as F32, F16 or BF16");
+      if (other.starts_with(name + " (")) refuse_type(other, where);
     throw Error(Code::file_damaged, where, "holds no tensor '" + name + "'",
                 "give a model file written by this version of decid");
   }
@@ -110,6 +108,11 @@ const NamedTensor& tensor_at(const TensorFile& file, std::size_t place, const st
 }
 
 }  // namespace
+
+void refuse_type(const std::string& skipped, const std::string& where) {
+  throw Error(Code::file_unsupported, where, "has a tensor of a type that no layer has: " + skipped,
+              "store it as F32, F16 or BF16");
+}
 
 const NamedTensor& TensorFile::find(const std::string& name, std::size_t count, const std::string& where) const {
   const auto it = std::ranges::find(tensors, name, &NamedTensor::name);
@@ -233,10 +236,24 @@ namespace {
 /// Throws Error for values that no network may have; `name` is the tensor's.
 void check_values(const std::vector<float>& values, const std::string& name, bool never_negative,
                   const std::string& where) {
-  if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
+  if (!is_finite(values))
     throw Error(Code::file_damaged, where, "has a value in '" + name + "' that is not finite", "train the model again");
   if (never_negative && std::any_of(values.begin(), values.end(), [](float v) { return v < 0; }))
     throw Error(Code::file_damaged, where, "has a negative value in '" + name + "'", "train the model again");
+}
+
+/// Returns "(4, 2, 3, 1)".
+template <class Extents>
+std::string shape_text(const Extents& shape) {
+  return "(" + joined(shape, ", ", [](auto extent) { return std::to_string(extent); }) + ")";
+}
+
+/// Returns a shape without its axes of length 1, which other libraries may leave out: as PyTorch's Conv1d.
+template <class Extents>
+std::vector<long long> without_ones(const Extents& shape) {
+  std::vector<long long> rest;
+  std::ranges::copy_if(shape, std::back_inserter(rest), [](auto extent) { return extent != 1; });
+  return rest;
 }
 
 }  // namespace
@@ -274,9 +291,11 @@ void load_network(Network<float>& network, TensorFile&& file, const std::string&
   const auto checked = [&](const std::string& name, const std::vector<int>& shape, std::size_t count,
                            bool never_negative = false) -> NamedTensor& {
     auto& t = const_cast<NamedTensor&>(index_of.find(name, count, where));  // file is not const
-    if (!std::equal(t.shape.begin(), t.shape.end(), shape.begin(), shape.end()))
-      throw Error(Code::file_damaged, where, "has another shape for '" + name + "' than the architecture",
-                  "give a model file that was not edited");
+    if (without_ones(t.shape) != without_ones(shape))
+      throw Error(Code::file_damaged, where,
+                  "has the shape " + shape_text(t.shape) + " for '" + name + "' where the architecture needs " +
+                      shape_text(shape),
+                  "store the tensor in this shape; axes of length 1 may be left out");
     check_values(t.values, name, never_negative, where);
     return t;
   };

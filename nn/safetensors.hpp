@@ -33,6 +33,9 @@ struct TensorFile {
   }
 };
 
+/// Throws Error (naming `where`) for a layer's tensor that was skipped for its type; skipped: of TensorFile.
+[[noreturn]] void refuse_type(const std::string& skipped, const std::string& where);
+
 /// Finds the tensors of a file by name, for many of them. The file must outlive it, and keep its tensors.
 class TensorIndex {
  public:
@@ -66,7 +69,7 @@ void save_network(const Network<float>& network, TensorFile& file,
                   const std::vector<std::vector<float>>* momentum_buffers = nullptr);
 /// Copies the tensors of `file` into the network, whose values stay where they are in memory, and moves those of the
 /// momentum buffers, unless null, into them. Throws Error, and changes nothing, if a tensor is missing, of another
-/// shape, or not finite, or a variance is negative.
+/// shape (axes of length 1 do not count), or not finite, or a variance is negative.
 void load_network(Network<float>& network, TensorFile&& file, const std::string& where,
                   std::vector<std::vector<float>>* momentum_buffers = nullptr);
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "nn/detail/finite.hpp"
 #include "nn/fit.hpp"
 
 namespace decid::nn {
@@ -21,12 +22,13 @@ struct Loaded {
 void load(const Samples& samples, std::span<const int> places, std::size_t values, std::size_t width, int epoch,
           const std::function<Random(int)>& random, Loaded& loaded);
 
-/// Returns false if a value is infinite or NaN.
-bool is_finite(std::span<const float> values);
 /// Throws Error, naming the first one, if a sample in memory is not finite.
 void require_finite(const Samples& samples);
 /// Throws Error, naming the first one, if a loaded sample is not finite. A relu may hide a NaN from the loss.
 void require_finite(const Loaded& loaded, std::span<const int> places, std::size_t values, std::size_t width);
+
+/// Throws Error, naming the first one, if a sample in memory has a target that the loss does not take.
+void require_targets(const Samples& samples, const Loss& loss, int outputs);
 
 /// Returns the places of all samples.
 std::vector<int> all_of(const Samples& samples);

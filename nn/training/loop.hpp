@@ -19,6 +19,8 @@ class TrainingLoop {
   virtual ~TrainingLoop() = default;
   /// Returns false if no further epoch is wanted.
   virtual bool wants_epoch(const LoopPosition& at) = 0;
+  /// Loads a batch's samples, before the team of threads in which train_batch() runs.
+  virtual void load_batch(const LoopPosition&) {}
   /// Trains on a batch and returns the sum of its losses.
   virtual double train_batch(const LoopPosition& at) = 0;
   /// `at` counts the batch now. Returns false to stop.
@@ -35,6 +37,7 @@ inline bool run(TrainingLoop& loop, LoopPosition& at, int epochs, int batches) {
   while (at.epoch < epochs && loop.wants_epoch(at)) {
     bool stop = false;
     while (at.batch < batches) {
+      loop.load_batch(at);
       with_team([&] { at.loss_sum += loop.train_batch(at); });
       ++at.batch;
       stop = !loop.after_batch(at);

@@ -14,6 +14,7 @@
 #include "base/number.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
+#include "nn/detail/finite.hpp"
 #include "nn/kernels/kernels.hpp"
 #include "nn/training/detail/classes.hpp"
 
@@ -39,12 +40,9 @@ class CrossEntropy final : public Loss {
  public:
   double sample(std::span<const double> output, std::span<const double> target, std::span<double> diff) const override {
     const double wanted = target.front();
-    if (!(wanted >= 0 && wanted < static_cast<double>(output.size())) || wanted != std::floor(wanted))
-      throw Error(Code::setting_out_of_range, "cross-entropy",
-                  format("has class %g as a target where the network has %zu outputs", wanted, output.size()),
-                  format("number classes from 0 to %zu", output.size() - 1));
+    require_class(wanted, static_cast<int>(output.size()), [] { return "cross-entropy"; });
     // max_element() may pass over NaN, and decid's log of NaN is a number.
-    if (!std::ranges::all_of(output, [](double value) { return std::isfinite(value); })) {
+    if (!is_finite<double>(output)) {
       std::ranges::fill(diff, std::numeric_limits<double>::quiet_NaN());
       return std::numeric_limits<double>::quiet_NaN();
     }
@@ -59,6 +57,10 @@ class CrossEntropy final : public Loss {
   }
   int targets(int) const override { return 1; }
   void require(const Shape& output) const override { require_classes(output, "cross-entropy"); }
+  void require_target(std::span<const float> target, int outputs, int sample) const override {
+    require_class(static_cast<double>(target.front()), outputs,
+                  [&] { return format("cross-entropy, sample %d counted from 0", sample); });
+  }
   std::string text() const override { return "cross-entropy"; }
 };
 
@@ -97,9 +99,11 @@ void for_each_place(const TensorView<T>& tensor, int block, const Body& body) {
 }  // namespace
 
 void Loss::require(const Shape&) const {}
+void Loss::require_target(std::span<const float>, int, int) const {}
 
 void Loss::batch(std::span<const double> outputs, std::span<const double> targets, std::span<double> losses,
                  std::span<double> diffs) const {
+  if (losses.empty()) return;
   const std::size_t samples = losses.size(), values = outputs.size() / samples, width = targets.size() / samples;
   constexpr std::size_t at_once = lanes;
   parallel_for(static_cast<int>((samples + at_once - 1) / at_once), [&](int block) {

@@ -21,13 +21,17 @@ class Loss {
                         std::span<double> diff) const = 0;
   /// Writes the losses of samples that lie one after the other, and the derivatives of their mean by each output;
   /// losses.size() is the number of samples. fit() calls it once a step from its own thread, and in validation for some
-  /// hundred samples at a time. Calls sample() in several threads.
+  /// hundred samples at a time. Calls sample() in several threads. fit() calls it within its team of threads: use
+  /// parallel_for() of base/parallel.hpp, as OpenMP's own loops run in one thread there.
   virtual void batch(std::span<const double> outputs, std::span<const double> targets, std::span<double> losses,
                      std::span<double> diffs) const;
   /// Returns how many values a sample's target has if the network has `outputs`.
   virtual int targets(int outputs) const { return outputs; }
   /// Throws Error for outputs of a shape that the loss does not take; the default takes any.
   virtual void require(const Shape& output) const;
+  /// Throws Error for a target that the loss does not take if the network has `outputs`; the default takes any. sample:
+  /// its number, from 0, for the Error. fit() calls it for samples in memory before the first step.
+  virtual void require_target(std::span<const float> target, int outputs, int sample) const;
   /// Returns the name with its settings, by which a checkpoint is compared.
   virtual std::string text() const = 0;
 };

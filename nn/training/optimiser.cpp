@@ -153,6 +153,9 @@ std::shared_ptr<const Optimiser> optimiser_named(const std::string& text) {
 
 OptimiserState begin(const Optimiser& optimiser, const Network<float>& network) {
   OptimiserState state;
+  if (optimiser.memory() < 0)
+    throw Error(Code::setting_out_of_range, "optimiser " + optimiser.text(),
+                format("keeps %d values for each trained one", optimiser.memory()), "return 0 or more from memory()");
   state.memory.resize(static_cast<std::size_t>(optimiser.memory()));
   for (auto& kept : state.memory)
     for (const Parameter<float>* p : network.parameters()) kept.emplace_back(p->value.size(), 0.0F);

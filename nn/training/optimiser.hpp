@@ -29,7 +29,8 @@ class Optimiser {
   /// whole_parameters().
   virtual void update(const Values& values, double learning_rate, long long step) const = 0;
   /// Returns true if update() needs all values of a parameter, for their norm say. Then fit() calls it from its own
-  /// thread, for one parameter after the other.
+  /// thread, for one parameter after the other, within its team of threads: use parallel_for() of base/parallel.hpp, as
+  /// OpenMP's own loops run in one thread there.
   virtual bool whole_parameters() const { return false; }
   /// Returns how many values are kept for each trained value.
   virtual int memory() const = 0;
@@ -61,7 +62,7 @@ struct OptimiserState {
   long long steps = 0;
   std::vector<std::vector<std::vector<float>>> memory = {};  ///< [kept value][parameter][value]
 };
-/// Returns the state before the first step.
+/// Returns the state before the first step. Throws Error if memory() is below 0.
 OptimiserState begin(const Optimiser& optimiser, const Network<float>& network);
 
 /// Updates each parameter k for which gradients[k] is not empty; an empty gradient freezes a parameter.

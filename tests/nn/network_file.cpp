@@ -39,6 +39,12 @@ TEST_CASE("network files: read back what was written, and are refused if damaged
   TensorFile promised;
   promised.metadata = {{architecture_key, "fc 65536;fc 4096"}, {input_key, "4096,1,1"}};
   check_error([&] { from_tensors(std::move(promised), "test"); }, decid::Code::file_damaged, "536940544");
+  // A tensor of a type that no layer has is named, instead of the values that are missing without it.
+  TensorFile doubles = to_tensors(net);
+  doubles.tensors.erase(doubles.tensors.begin());
+  doubles.skipped = {"bn.num_batches_tracked (I64)", "layers.0.weight (F64)"};
+  check_error([&] { from_tensors(std::move(doubles), "test"); }, decid::Code::file_unsupported,
+              "layers.0.weight (F64)");
   TensorFile without = to_tensors(net);
   CHECK(is_network(without));
   without.metadata.erase(input_key);

@@ -160,8 +160,9 @@ TEST_CASE("safetensors: load_network refuses what does not fit, and changes noth
         "'" + whole.tensors[i].name + "'",
         [&](TensorFile& f) { f.tensors.erase(f.tensors.begin() + static_cast<std::ptrdiff_t>(i)); }, true);
   refuses("17 values in 'layers.0.weight'", [](TensorFile& f) { f.tensors[0].values.pop_back(); });
-  for (const std::vector<long long>& shape : {std::vector<long long>{1, 2, 3, 3}, {18}})
-    refuses("another shape for 'layers.0.weight'", [&](TensorFile& f) { f.tensors[0].shape = shape; });
+  for (const std::vector<long long>& shape : {std::vector<long long>{3, 2, 3}, {18}})
+    refuses("for 'layers.0.weight' where the architecture needs (2, 1, 3, 3)",
+            [&](TensorFile& f) { f.tensors[0].shape = shape; });
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     refuses("'layers.0.weight'", [&](TensorFile& f) { f.tensors[0].values[17] = bad; });
     refuses(
@@ -171,6 +172,19 @@ TEST_CASE("safetensors: load_network refuses what does not fit, and changes noth
   REQUIRE(variance != whole.tensors.end());
   const auto place = static_cast<std::size_t>(variance - whole.tensors.begin());
   refuses("'layers.1.running_variance'", [&](TensorFile& f) { f.tensors[place].values[0] = -0.1F; });
+}
+
+// PyTorch's Conv1d has no axis for the columns.
+TEST_CASE("safetensors: a tensor's axes of length 1 may be left out") {
+  const auto [source, momentum_buffers] = trained();
+  for (const std::vector<long long>& shape : {std::vector<long long>{2, 3, 3}, {2, 3, 1, 3}}) {
+    Network<float> network({1, 4, 4}, source.architecture());
+    TensorFile file;
+    save_network(source, file);
+    file.tensors[0].shape = shape;
+    load_network(network, std::move(file), "m");
+    CHECK(weights_sha256(network) == weights_sha256(source));
+  }
 }
 
 TEST_CASE("safetensors: save_network refuses what load_network refuses, and adds nothing then") {

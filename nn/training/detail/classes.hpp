@@ -1,5 +1,7 @@
-// The check of a classifier's outputs, for losses and accuracy().
+// The checks of a classifier's outputs and targets, for losses and accuracy().
 #pragma once
+
+#include <cmath>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -14,6 +16,15 @@ inline void require_classes(const Shape& output, const char* where) {
       Code::size_mismatch, where,
       format("has outputs of %d x %d x %d values, not one per class", output.channels, output.rows, output.columns),
       "end the network with fc or globalavgpool");
+}
+
+/// Throws Error, naming where(), for a target that is no class of a network with `outputs`.
+template <class Where>
+void require_class(double target, int outputs, const Where& where) {
+  if (target >= 0 && target < outputs && target == std::floor(target)) return;
+  throw Error(Code::setting_out_of_range, where(),
+              format("has class %g as a target where the network has %d outputs", target, outputs),
+              format("number classes from 0 to %d", outputs - 1));
 }
 
 }  // namespace decid::nn

@@ -2,8 +2,10 @@
 // bits.
 #include "nn/training/detail/fit_checkpoint.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <string_view>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
@@ -13,7 +15,7 @@
 namespace decid::nn {
 namespace {
 
-constexpr const char *settings_key = "fit", *progress_key = "progress";
+constexpr const char* settings_key = "fit";
 
 /// "optimiser.<kept value>.<parameter>", both counted from 0.
 std::string memory_name(std::size_t kept, std::size_t parameter) {
@@ -91,22 +93,63 @@ void save_checkpoint(const Network<float>& network, const FitState& state, const
   write_file(path, to_safetensors(file));
 }
 
+namespace {
+
+constexpr const char* begin_again = "delete it to train from the beginning";
+
+/// Reads the file of a checkpoint. Throws Error, and advises to delete nothing but a checkpoint, for any other.
+TensorFile read_checkpoint(const std::string& path) {
+  TensorFile file;
+  try {
+    file = from_safetensors(read_file(path, max_own_file_bytes), path);
+  } catch (const Error& error) {
+    if (error.code() != Code::file_damaged) throw;
+    throw Error(error.code(), error.where(), error.problem(),
+                std::string("give another path; if it is a fit's checkpoint, ") + begin_again);
+  }
+  if (!file.metadata.contains(progress_key))
+    throw Error(Code::file_unsupported, path,
+                is_network(file) ? "is a network, not a checkpoint" : "is not the checkpoint of a fit",
+                "give another path");
+  const auto hash = file.metadata.find(content_hash_key);
+  if (hash == file.metadata.end() || hash->second != content_sha256(file))
+    throw Error(Code::file_damaged, path, "is a damaged checkpoint of a fit", begin_again);
+  return file;
+}
+
+/// Returns the first of two descriptions' settings, which ", " separates, that differs.
+std::pair<std::string_view, std::string_view> first_difference(std::string_view a, std::string_view b) {
+  const auto take = [](std::string_view& text) {
+    const std::string_view setting = text.substr(0, text.find(", "));
+    text.remove_prefix(std::min(text.size(), setting.size() + 2));
+    return setting;
+  };
+  while (!a.empty() || !b.empty()) {
+    const std::string_view of_a = take(a), of_b = take(b);
+    if (of_a != of_b) return {of_a, of_b};
+  }
+  return {};
+}
+
+}  // namespace
+
 void load_checkpoint(Network<float>& network, FitState& state, const std::string& description,
                      const std::string& path) {
-  TensorFile file = from_safetensors(read_file(path, max_own_file_bytes), path);
+  TensorFile file = read_checkpoint(path);
   const auto text = [&](const std::string& key) {
     return file.metadata.contains(key) ? file.metadata.at(key) : std::string();
   };
-  if (text(content_hash_key) != content_sha256(file))
-    throw Error(Code::file_damaged, path, "is not a checkpoint of a fit, or is damaged",
-                "delete it to train from the beginning");
   const std::string remedy =
       "give the network, samples and options it was begun with, or delete it to train from the beginning";
   for (const auto& [key, value] : network_metadata(network))
     if (text(key) != value) throw Error(Code::file_differs, path, "is of another network", remedy);
-  if (text(settings_key) != description)
+  if (const std::string settings = text(settings_key); settings != description) {
+    const auto [there, here] = first_difference(settings, description);
     throw Error(Code::file_differs, path,
-                "is of a fit with other samples or options: " + text(settings_key) + "; here " + description, remedy);
+                "is of a fit with other samples or options: it has " + std::string(there) + " where this fit has " +
+                    std::string(here),
+                remedy);
+  }
   FitState loaded = state;
   read_progress(text(progress_key), path, loaded);
   const TensorIndex index(file);

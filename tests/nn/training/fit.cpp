@@ -121,7 +121,7 @@ TEST_CASE("fit: the same bits for any number of threads, others for another seed
   // Augmentation by counted numbers.
   const Samples noisy(count,
                       [](int sample, const decid::Random* random, std::span<float> input, std::span<float> target) {
-                        samples().load(sample, nullptr, input, target);
+                        samples().load()(sample, nullptr, input, target);
                         for (std::size_t i = 0; random != nullptr && i < input.size(); ++i)
                           input[i] += 0.1F * static_cast<float>(random->normal(i));
                       });
@@ -247,7 +247,7 @@ TEST_CASE("fit: a checkpoint of other samples in memory is refused") {
   CHECK(fitted(o).sha256 == sha256);
   check_error([&] { fitted(o, {others.inputs, data().targets, count}); }, decid::Code::file_differs, "samples");
   check_error([&] { fitted(o, {data().inputs, relabelled, count}); }, decid::Code::file_differs);
-  check_error([&] { fitted(o, {count, samples().load}); }, decid::Code::file_differs, "a function");
+  check_error([&] { fitted(o, {count, samples().load()}); }, decid::Code::file_differs, "a function");
   o.validation_samples = Samples(std::span(data().inputs).last(720), std::span(data().targets).last(20), 20);
   check_error([&] { fitted(o); }, decid::Code::file_differs);
   std::filesystem::remove(o.checkpoint);
@@ -327,7 +327,7 @@ TEST_CASE("fit: validation samples are not trained on, or are those that are giv
   std::vector<int> seen(count), validated(count);
   const Samples counted(count,
                         [&](int sample, const decid::Random* random, std::span<float> input, std::span<float> target) {
-                          samples().load(sample, nullptr, input, target);
+                          samples().load()(sample, nullptr, input, target);
                           ++(random != nullptr ? seen : validated)[static_cast<std::size_t>(sample)];
                         });
   fitted(o, counted);
@@ -363,7 +363,7 @@ TEST_CASE("fit: the first sample that is not finite is named, and no step is don
     for (const bool in_training : {true, false}) {
       const Samples odd(count,
                         [&](int sample, const decid::Random* random, std::span<float> input, std::span<float> target) {
-                          samples().load(sample, nullptr, input, target);
+                          samples().load()(sample, nullptr, input, target);
                           if ((random != nullptr) == in_training)
                             (of_input ? input : target)[0] = std::numeric_limits<float>::quiet_NaN();
                         });
@@ -414,9 +414,9 @@ TEST_CASE("fit: weights set in some layers, where zeros of two others stop all g
   };
   for (const std::vector<std::size_t>& zeros : {std::vector<std::size_t>{0, 2}, {0, 4}, {2, 4}})
     check_error([&] { trains(with(three, zeros)); }, decid::Code::setting_missing, "initialise()");
-  for (const std::size_t one : {0U, 2U, 4U}) CHECK(trains(with(three, {one})));
+  CHECK(trains(with(three, {4})));              // of one before a relu see fit_samples.cpp
   CHECK(trains(Network<float>(shape, three)));  // new
-  Network<float> biased = with(three, {0, 2});  // the second layer's weights have a gradient
+  Network<float> biased = with(three, {0, 4});  // the last layer's weights have a gradient
   biased.parameters()[1]->value[0] = 1;
   CHECK(trains(biased));
   constexpr const char* blocks = "fc 4; residual { fc 4; relu; fc 4 }; residual { fc 4; relu; fc 4 }; fc 3";

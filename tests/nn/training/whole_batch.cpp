@@ -130,7 +130,7 @@ TEST_CASE("fit: a loss of batches, samples written together and an optimiser of 
     CHECK(mean_loss(network, together, *o.loss) == mean_loss(network, {count, make}, *squared_error()));
     std::vector<float> input(36), target(3), same_input(36), same_target(3);
     make(7, nullptr, input, target);
-    together.load(7, nullptr, same_input, same_target);
+    together.load()(7, nullptr, same_input, same_target);
     CHECK(same_input == input);
     CHECK(same_target == target);
   }
