@@ -6,7 +6,6 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -35,13 +34,18 @@ inline Axes output_axes(const Network& network) {
   return axes;
 }
 
+template <class Array>
+void require_size(const Array& array, std::size_t size, const char* where) {
+  if (array.size() != static_cast<py::ssize_t>(size))
+    throw Error(Code::size_mismatch, where,
+                "has an array of " + std::to_string(array.size()) + " values instead of " + std::to_string(size),
+                "leave its shape, and write its values");
+}
+
 /// Copies the values of an array that a function had. It may have resized it.
 template <class Array, class T>
 void copy_values(const Array& from, std::span<T> to, const char* where) {
-  if (from.size() != static_cast<py::ssize_t>(to.size()))
-    throw Error(Code::size_mismatch, where,
-                "has an array of " + std::to_string(from.size()) + " values instead of " + std::to_string(to.size()),
-                "leave its shape, and write its values");
+  require_size(from, to.size(), where);
   std::copy_n(from.data(), to.size(), to.begin());
 }
 
@@ -95,7 +99,10 @@ class FunctionOptimiser final : public nn::Optimiser {
       const py::array_t<float> value = array(v.value);
       std::vector<py::array_t<float>> kept;
       for (int k = 0; k < memory_; ++k) kept.push_back(array(v.memory[k]));
-      call_(value, array(v.gradient), learning_rate, step, *py::cast(kept));
+      const py::object result = call_(value, array(v.gradient), learning_rate, step, *py::cast(kept));
+      if (!result.is_none())
+        throw Error(Code::setting_malformed, "optimiser", "returns a value, which fit() does not use",
+                    "change value and the memory in place (value -= ...), and return None");
       copy_values(value, std::span(v.value, v.count), "optimiser");
       for (std::size_t k = 0; k < kept.size(); ++k) copy_values(kept[k], std::span(v.memory[k], v.count), "optimiser");
     } catch (...) {
@@ -154,19 +161,17 @@ struct GivenSamples {
   Axes target = {};  ///< of a sample
 };
 
-/// Writes samples of a function. The arrays that it gets are NaN, so nn::fit refuses values that it does not write.
+/// Writes samples of a function. The arrays that it gets are NaN as nn::fit's are, which refuses values that it does
+/// not write.
 inline void load_samples(const GivenSamples& given, Network& network, const nn::Samples::Batch& batch) {
   const py::gil_scoped_acquire locked;
   const auto scope = in_callback(network);
   const auto count = static_cast<py::ssize_t>(batch.samples.size());
-  const auto unwritten = [count](const Axes& sample) {
-    py::array_t<float> array(with_first(count, sample));
-    std::fill_n(array.mutable_data(), array.size(), std::numeric_limits<float>::quiet_NaN());
-    return array;
-  };
   const nn::Shape shape = network.input_shape();
-  const py::array_t<float> inputs = unwritten({shape.channels, shape.rows, shape.columns});
-  const py::array_t<float> targets = unwritten(given.target);
+  const py::array_t<float> inputs(with_first(count, {shape.channels, shape.rows, shape.columns}), batch.inputs.data());
+  py::array_t<float> targets(with_first(count, given.target));
+  require_size(targets, batch.targets.size(), "samples' targets");
+  std::ranges::copy(batch.targets, targets.mutable_data());
   given.load(py::array_t<int>(count, batch.samples.data()), batch.epoch,
              batch.random.empty() ? py::none() : py::cast(SamplesRandom(batch.random)), inputs, targets);
   copy_values(inputs, batch.inputs, "samples' inputs");

@@ -122,7 +122,8 @@ class Network:
         or an Optimiser. validation: a fraction of the samples, a pair (inputs, targets), or Samples. checkpoint: a file from
         which a stopped fit continues; that of a finished fit replaces the network's weights, and nothing more is trained. One of
         another network, other arrays or options raises decid.Error. Functions are
-        compared by their names, functools.partial also by its numbers and texts. callback: called after each epoch.
+        compared by their names, functools.partial also by its numbers and texts. callback: called after each epoch. With average
+        it gets the averaged network's validation loss, while the network has the last step's weights.
         nn/fit.hpp explains each option.
 
         An exception of one of these functions ends the training, and fit() raises it. Then the parameters are those of the

@@ -100,6 +100,9 @@ class Networks(unittest.TestCase):
             path = Path(folder) / "checkpoint"
             with self.assertRaises(Stop):
                 fitted(checkpoint=path, callback=stop)
+            with self.assertRaises(decid.Error) as raised:  # its weights are not those that the fit will keep
+                nn.load(path)
+            self.assertEqual(raised.exception.code, "file_unsupported")
             self.assertEqual(fitted(checkpoint=path), fitted())
 
     def test_tensors_stay_views_in_a_fit_that_goes_on(self):

@@ -405,6 +405,9 @@ class Guards(unittest.TestCase):
         def resized_value(value, *_):
             value.resize(1, refcheck=False)
 
+        def returning(value, gradient, learning_rate, step):  # as of PyTorch's or JAX's functions
+            return value - learning_rate * gradient
+
         for code, where, options in (
                 ("setting_malformed", "loss", {"loss": 3}),
                 ("setting_malformed", "loss", {"loss": lambda outputs, targets: 0}),
@@ -416,6 +419,7 @@ class Guards(unittest.TestCase):
                 ("setting_malformed", "optimiser", {"optimiser": nn.Optimiser("sgd")}),
                 ("setting_out_of_range", "memory", {"optimiser": nn.Optimiser(print, -1)}),
                 ("size_mismatch", "optimiser", {"optimiser": nn.Optimiser(resized_value)}),
+                ("setting_malformed", "optimiser", {"optimiser": nn.Optimiser(returning)}),
                 ("setting_malformed", "samples", {"samples": nn.Samples(60, None)}),
                 ("setting_out_of_range", "count", {"samples": nn.Samples(0, maker)}),
                 ("value_invalid", "samples", {"samples": nn.Samples(60, unwritten)}),
