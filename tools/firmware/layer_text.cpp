@@ -70,10 +70,10 @@ std::string layer_tables(const FirmwarePlan& plan) {
     text += format(
         "    {%s, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %s,\n     %s, %s, %s, %s, %s},\n",
         kinds[static_cast<int>(layer.kind)], layer.src, layer.dst, layer.kept, layer.normalises, layer.rectifies,
-        i + 1 == plan.layers.size(), along(layer.kernel), across(layer.kernel), along(layer.stride),
-        across(layer.stride), along(layer.pad), across(layer.pad), rows ? layer.dilation : 1, rows ? 1 : layer.dilation,
-        layer.groups, layer.taps, literal(layer.factor()).c_str(), weight.c_str(), bias.c_str(), scale.c_str(),
-        affine_scale.c_str(), affine_shift.c_str());
+        i + 1 == plan.layers.size() && !plan.outputs_in_map, along(layer.kernel), across(layer.kernel),
+        along(layer.stride), across(layer.stride), along(layer.pad), across(layer.pad), rows ? layer.dilation : 1,
+        rows ? 1 : layer.dilation, layer.groups, layer.taps, literal(layer.factor()).c_str(), weight.c_str(),
+        bias.c_str(), scale.c_str(), affine_scale.c_str(), affine_shift.c_str());
   }
   return tables + map_table(plan) + text + "};\n\n";
 }

@@ -336,23 +336,22 @@ FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options) {
 }
 
 FirmwarePlan plan_network(const nn::Network<float>& network) {
-  const nn::Shape& out = network.output_shape();
-  if (out.rows != 1 || out.columns != 1)
-    throw Error(Code::not_supported, "export",
-                format("the network's outputs are %d x %d planes", out.rows, out.columns),
-                "end it with fc or a pool over whole planes, or export ONNX");
+  const nn::Shape out = network.output_shape();
   const Chain chain = chain_of(nn::Inference<float>(network));
   check_sizes(chain);
   FirmwarePlan plan;
   plan.layers = Chain(chain).layers();
+  plan.outputs_in_map = out.rows != 1 || out.columns != 1;
   const std::vector<bool> whole = whole_maps(plan.layers);
   long long values = 0, patch = 0;
   for (std::size_t i = 0; i < chain.shapes().size(); ++i) {
     FirmwareMap map;
     map.shape = chain.shapes()[i];
-    lay_out(map, i < plan.layers.size() ? &plan.layers[i] : nullptr, true, i == 0 || whole[i]);
+    const bool is_last = i + 1 == chain.shapes().size();
+    lay_out(map, i < plan.layers.size() ? &plan.layers[i] : nullptr, true,
+            i == 0 || whole[i] || (is_last && plan.outputs_in_map));
     map.offset = static_cast<int>(std::min(values, max_bytes));
-    if (i + 1 < chain.shapes().size()) values += map.values();
+    if (!is_last || plan.outputs_in_map) values += map.values();
     plan.maps.push_back(map);
   }
   for (const FirmwareLayer& layer : plan.layers)
@@ -361,6 +360,10 @@ FirmwarePlan plan_network(const nn::Network<float>& network) {
   plan.arena.patch = aligned(plan.arena.maps + values * 4);
   plan.arena.outputs = aligned(plan.arena.patch + patch * 4);
   plan.arena.bytes = aligned(plan.arena.outputs + 4LL * out.channels);
+  if (plan.outputs_in_map) {
+    plan.arena.bytes = plan.arena.outputs;
+    plan.arena.outputs = plan.arena.maps + 4LL * plan.maps.back().offset;
+  }
   check_sizes(plan);
   return plan;
 }

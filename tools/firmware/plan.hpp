@@ -99,7 +99,8 @@ struct FirmwarePlan {
   bool stream_rows = true;  ///< lines are the image's rows, which then is kept whole; else its columns
   std::vector<FirmwareMap> maps;
   std::vector<FirmwareLayer> layers;
-  std::vector<int> radices;  ///< of the transform's passes
+  bool outputs_in_map = false;  ///< the last map is kept whole, and is the outputs; else a value for each channel is
+  std::vector<int> radices;     ///< of the transform's passes
   ArenaPlan arena;
 
   int max_radix() const;
@@ -113,8 +114,8 @@ struct FirmwarePlan {
 /// has several; inputs of time series, of one column, go by rows, which are times. Throws Error for models that do not
 /// fit a firmware: outputs that are neither parameters nor a mixture, more than 250 layers, an arena above 1 GiB.
 FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options);
-/// The plan of a network alone, whose input is given whole. Throws Error also for layers that the runtime does not have
-/// and for outputs in more than one row and column.
+/// The plan of a network alone, whose input is given whole. Throws Error also for layers that the runtime does not
+/// have.
 FirmwarePlan plan_network(const nn::Network<float>& network);
 
 }  // namespace decid::tools

@@ -78,6 +78,15 @@ TEST_CASE("a network alone: exported C has the predictor's bits" * doctest::test
   SUBCASE("a normalisation as output") {
     architecture = "leakyrelu; fc 4; layernorm";
   }
+  SUBCASE("planes as outputs") {
+    architecture = "conv 4 3x3; batchnorm; relu; maxpool 2; conv 3 2x3 pad 1";
+  }
+  SUBCASE("planes as outputs of a normalisation") {
+    architecture = "conv 3 1x1; layernorm";
+  }
+  SUBCASE("planes as outputs of a block") {
+    architecture = "concat { conv 3 3x3 pad 1; tanh }";
+  }
   CAPTURE(architecture);
   const Folder folder;
   const nn::Network<float> network = made(architecture);
@@ -134,11 +143,21 @@ int main(void) {
   }
 }
 
+TEST_CASE("a network alone: the checkpoint of a fit is refused") {
+  const Folder folder;
+  const std::string path = folder / "fit.safetensors";
+  const std::vector<float> inputs{0, 1, 2, 3}, targets{0, 1, 2, 3};
+  nn::Network<float> network({1, 1, 1}, "fc 1");
+  nn::fit(network, {inputs, targets, 4}, {.epochs = 1, .average = 0.9, .checkpoint = path});
+  for (const char* command : {"info ", "export c ", "export onnx "}) {
+    const std::string output = std::string(command) == "info " ? "" : " -o " + folder / "out";
+    test::check_refused(command + path + output, "is the checkpoint of a fit");
+  }
+}
+
 TEST_CASE("a network alone: what exported C does not have is refused") {
   const Folder folder;
   const std::string path = folder / "net.safetensors";
-  nn::write_network(made("conv 3 3x3"), path);
-  test::check_refused("export c " + path + " -o " + folder / "c", "9 x 7 planes");
   nn::write_network(made(), path);
   for (const char* flag : {"--int8", "--incremental", "--ood-score", "--mass 70 --height 1.7"})
     test::check_refused("export c " + path + " " + flag + " -o " + folder / "c");

@@ -22,7 +22,7 @@ typedef union {
   unsigned char bytes[DECID_FW_ARENA_BYTES];
 } DECID_FW_arena;
 
-/* From DECID_FW_INPUT_CHANNELS x _ROWS x _COLUMNS values, channel-major, to DECID_FW_OUTPUTS, which
+/* From DECID_FW_INPUT_CHANNELS x _ROWS x _COLUMNS values, channel-major, to DECID_FW_OUTPUTS, also channel-major, which
    are written only if the result is DECID_FW_OK. arena: DECID_FW_ARENA_BYTES, aligned to 8. */
 int DECID_FW_run(const float *input, float *outputs, void *arena);
 
