@@ -106,7 +106,7 @@ TEST_CASE("fit: a zero layer whose zeros a relu reads is refused, another one tr
   CHECK(trains(without("fc 4; relu; fc 2", 0), 1));  // it is not to be trained
 }
 
-// What a function does not write would be another sample's values.
+// A value that a function does not write would be another sample's.
 TEST_CASE("fit: values that a function of samples does not write are refused") {
   FitOptions o = options();
   for (const bool of_input : {true, false})
