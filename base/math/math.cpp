@@ -3,10 +3,7 @@
 // and the double nearest to the remainder.
 #include "base/math/math.hpp"
 
-#include <bit>
 #include <cmath>
-#include <cstdint>
-#include <limits>
 
 #include "base/math/math_lanes.hpp"
 
@@ -95,24 +92,7 @@ double log(double x) noexcept {
 }
 
 double exp(double x) noexcept {
-  constexpr double largest = 700.0;
-  if (!(x >= -largest && x <= largest)) return x < 0.0 ? 0.0 : x > 0.0 ? std::numeric_limits<double>::infinity() : x;
-  const double k = std::floor(x * log2_e + 0.5);
-  const double r = (x - k * ln2_hi) - k * ln2_lo;  // |r| <= ln 2 / 2, the first difference is exact
-  double sum = 1.0 / 6227020800;                   // 1 / 13!
-  sum = sum * r + 1.0 / 479001600;
-  sum = sum * r + 1.0 / 39916800;
-  sum = sum * r + 1.0 / 3628800;
-  sum = sum * r + 1.0 / 362880;
-  sum = sum * r + 1.0 / 40320;
-  sum = sum * r + 1.0 / 5040;
-  sum = sum * r + 1.0 / 720;
-  sum = sum * r + 1.0 / 120;
-  sum = sum * r + 1.0 / 24;
-  sum = sum * r + 1.0 / 6;
-  sum = sum * r + 0.5;
-  const double power_of_2 = std::bit_cast<double>(static_cast<std::uint64_t>(static_cast<int>(k) + 1023) << 52);
-  return (1.0 + (r + r * r * sum)) * power_of_2;
+  return exp_lanes<One>(x);
 }
 
 double atan2(double y, double x) noexcept {
@@ -123,44 +103,12 @@ double asinh(double x) noexcept {
   return asinh_lanes<One>(x);
 }
 
-namespace {
-
-template <std::size_t count>
-double ratio_of(const double (&numerator)[count], const double (&denominator)[count], double x) {
-  double above = numerator[0], below = denominator[0];
-  for (std::size_t i = 1; i < count; ++i) {
-    above = std::fma(above, x, numerator[i]);
-    below = std::fma(below, x, denominator[i]);
-  }
-  return above / below;
-}
-
-/// Returns exp(-x^2), x >= 0: the square's upper part is exact.
-double gauss(double x) {
-  const double high = std::floor(x * 16.0) / 16.0;
-  return exp(-high * high) * exp(-(x - high) * (x + high));
-}
-
-}  // namespace
-
 double normal_density(double x) noexcept {
-  return density_at_0 * exp(-0.5 * x * x);
+  return normal_density_lanes<One>(x);
 }
 
 double normal_distribution(double x) noexcept {
-  if (std::isnan(x)) return x;
-  const double y = std::abs(x) * sqrt_half;
-  if (y <= erf_end) return 0.5 + 0.5 * (x * sqrt_half) * ratio_of(erf_numerator, erf_denominator, y * y);
-  double tail;  // erfc(y)
-  if (y <= erfc_near_end) {
-    tail = gauss(y) * ratio_of(erfc_near_numerator, erfc_near_denominator, y);
-  } else if (y < erfc_far_end) {
-    const double z = 1.0 / (y * y);
-    tail = gauss(y) / y * (one_over_sqrt_pi - z * ratio_of(erfc_far_numerator, erfc_far_denominator, z));
-  } else {
-    tail = 0.0;
-  }
-  return x < 0.0 ? 0.5 * tail : 1.0 - 0.5 * tail;
+  return normal_distribution_lanes<One>(x);
 }
 
 }  // namespace decid
