@@ -321,6 +321,17 @@ TEST_CASE("fit: weights and a validation loss that are not finite are errors") {
   check_error([&] { fitted(o); }, decid::Code::diverged, "weight");
 }
 
+TEST_CASE("fit: weights that are not finite are an error, also if after_batch stops the fit") {
+  FitOptions o = options();
+  o.optimiser = std::make_shared<Exploding>();
+  o.after_batch = [](int, int batch, double) {
+    CHECK(batch == 1);  // counted from 1
+    return false;
+  };
+  Network<float> network(shape, text);
+  check_error([&] { fit(network, samples(), o); }, decid::Code::diverged, "weight");
+}
+
 TEST_CASE("fit: validation samples are not trained on, or are those that are given") {
   FitOptions o = options();
   o.epochs = 1;

@@ -206,25 +206,6 @@ TEST_CASE("fit: a target that is no class is named before the first step, in val
   check_error([&] { fit(network, {inputs(), right, count}, o); }, Code::setting_out_of_range, "sample 12 ");
 }
 
-TEST_CASE("fit: weights that are not finite are an error, also if after_batch stops the fit") {
-  class Exploding final : public Optimiser {
-   public:
-    void update(const Values& v, double, long long) const override {
-      std::fill_n(v.value, v.count, std::numeric_limits<float>::infinity());
-    }
-    int memory() const override { return 0; }
-    std::string text() const override { return "exploding"; }
-  };
-  FitOptions o = options();
-  o.optimiser = std::make_shared<Exploding>();
-  o.after_batch = [](int, int batch, double) {
-    CHECK(batch == 1);  // counted from 1
-    return false;
-  };
-  Network<float> network(shape, "fc 2");
-  check_error([&] { fit(network, samples(), o); }, Code::diverged, "weight");
-}
-
 TEST_CASE("losses of no samples, and optimisers with a negative memory") {
   cross_entropy()->batch({}, {}, {}, {});  // divides by no number of samples
   class Negative final : public Optimiser {
