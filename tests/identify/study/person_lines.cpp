@@ -1,4 +1,5 @@
-// The lines of a sheet that paths of recordings fit: which person, which session, and what is unclear.
+// The lines of a sheet that paths of recordings fit: which person, which session, and what is unclear; persons whose
+// lines contradict each other.
 #include "identify/study/detail/person_lines.hpp"
 
 #include <doctest/doctest.h>
@@ -123,5 +124,58 @@ TEST_CASE("lines of people: a person's line fills lines of recordings in any spe
     REQUIRE(plan.recordings[1].warnings.size() == 1);
     CHECK(plan.recordings[1].warnings[0].code == "body_of_other_line");
     CHECK(contains(plan.recordings[1].warnings[0].text, "70 kg of line 2, session Pre"));
+  }
+}
+
+TEST_CASE("make_plan: a person in two groups is refused with both lines, whatever the session") {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& text) {
+    const StudySheet sheet = read_sheet(write_text(folder / "g.csv", "participant_id,session,group,file\n" + text));
+    return make_plan(sheet, {}, Choice::by_sheet, {}).sheet->lines.size();
+  };
+  for (const char* sessions :
+       {"P1,1,patients,a.csv\nP2,1,controls,b.csv\nP1,1,controls,c.csv\n",
+        "P1,1,patients,a.csv\nP2,1,controls,b.csv\np1,2,controls,c.csv\n", "P1,,patients,\n\nP1,2,controls,c.csv\n"}) {
+    CAPTURE(sessions);
+    check_error([&] { read(sessions); }, Code::value_invalid, "g.csv, lines 2 and 4");
+    check_error([&] { read(sessions); }, Code::value_invalid, "\"patients\" and \"controls\"");
+  }
+  CHECK(read("P1,1,patients,a.csv\np1,2,Patients,b.csv\nP1,3,n/a,c.csv\n,1,x,d.csv\n,1,y,e.csv\n") == 5);
+}
+
+TEST_CASE("make_plan: two spellings of a person are refused with both lines") {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& one, const std::string& other, Choice choice = Choice::by_sheet) {
+    const StudySheet sheet = read_sheet(
+        write_text(folder / "g.csv", "participant_id;file\n" + one + ";a.csv\nP7;b.csv\n" + other + ";c.csv\n"));
+    return make_plan(sheet, {}, choice, {}).sheet->lines.size();
+  };
+  using Pairs = std::vector<std::pair<std::string, std::string>>;
+  for (const auto& both : Pairs{{"01", "1"},
+                                {"4.0", "4"},
+                                {"4", "4,0"},
+                                {"S 1", "S1"},
+                                {"s-2", "S2"},
+                                {"S_2", "S 2"},
+                                {"sub-S3", "S3"},
+                                {"sub-01", "01"},
+                                {"P01", "p1"},
+                                {"A-01", "A1"},
+                                {"1-01", "1 1"}}) {
+    CAPTURE(both.first);
+    for (const Choice choice : {Choice::by_sheet, Choice::by_call, Choice::for_groups})
+      check_error([&] { read(both.first, both.second, choice); }, Code::value_invalid, "g.csv, lines 2 and 4");
+  }
+  for (const auto& both : Pairs{{"s1", "S1"},
+                                {"1", "10"},
+                                {"0", "10"},
+                                {"1-11", "11-1"},
+                                {"1.1", "1.10"},
+                                {"1.01", "1.1"},
+                                {"100", "1"},
+                                {"S1", "T1"},
+                                {"subs", "sub-b"}}) {
+    CAPTURE(both.first);
+    CHECK(read(both.first, both.second) == 3);
   }
 }
